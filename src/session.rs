@@ -308,7 +308,7 @@ impl Session<'_> {
     ///
     /// # Errors
     /// Returns an error if the tables cannot be read, a file cannot be written, or an existing page
-    /// shows more or belongs to another manifest.
+    /// belongs to another manifest.
     pub fn report(&self, options: &ReportOptions) -> Result<Report, SessionError> {
         results::write_report(self, options)
     }

@@ -491,7 +491,7 @@ class Study:
         output : str or path, optional
             Folder to write into; default: the folder of the tables.
         replace : bool
-            True to overwrite a page that shows more than the new one, or files of another study.
+            True to overwrite files of another study.
         """
         page, figures = self._session.report(None if output is None else os.fspath(output), replace)
         return Report(Path(page), Path(figures))

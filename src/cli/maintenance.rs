@@ -67,9 +67,8 @@ fn closing(verification: &Verification) -> String {
         verification.damaged.iter().filter(|finding| is_of_kind(&finding.cause)).count()
     };
     let edited = count(|cause| matches!(cause, StoreError::Changed { .. }));
-    let unfinished = count(|cause| matches!(cause, StoreError::Interrupted { .. }));
-    let unread = count(|cause| !cause.is_recomputable()) - edited - unfinished;
-    let mut text = match verification.damaged.len() - edited - unfinished - unread {
+    let unread = count(|cause| !cause.is_recomputable()) - edited;
+    let mut text = match verification.damaged.len() - edited - unread {
         0 => format!("{checked} checked, none damaged"),
         damaged => {
             format!(
@@ -80,7 +79,6 @@ fn closing(verification: &Verification) -> String {
     for (count, line) in [
         (unread, "files that cannot be read: {}; they were not checked"),
         (edited, "edited pages and figures: {}; `asperity report` rewrites them"),
-        (unfinished, "unfinished pages and figures: {}; `asperity report` writes them again"),
     ] {
         if count > 0 {
             text += &format!("\n{}", line.replace("{}", &count.to_string()));

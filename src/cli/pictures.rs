@@ -62,10 +62,6 @@ pub(crate) struct ViewArguments {
     #[arg(long, value_enum)]
     map: Option<MapKind>,
 
-    /// Show the surface in perspective, shaded and with the colours of the map.
-    #[arg(long = "3d")]
-    relief: bool,
-
     /// Draw an animation with one picture for each load, or for each state along a path, all with
     /// the same colours.
     ///
@@ -79,7 +75,7 @@ pub(crate) struct ViewArguments {
     frame_time: Option<u16>,
 
     /// Draw the map alone, one pixel for each node, without title and bars (PNG only).
-    #[arg(long, conflicts_with_all = ["animate", "relief"])]
+    #[arg(long, conflicts_with = "animate")]
     bare: bool,
 
     /// File to write, whose suffix names the format: `.png`, `.svg` or `.pdf`, and for animations
@@ -97,8 +93,7 @@ pub(crate) struct ViewArguments {
     /// "lowest", "highest", "unit"}`.
     ///
     /// `load` is in the column `load_column`, in the unit `load_unit`. For rectangles, `nodes` is
-    /// `[x, y]`. In perspective, `height_factor` is the factor by which heights are enlarged. For a
-    /// state of a path, `branch` and `step` are its position along the path.
+    /// `[x, y]`. For a state of a path, `branch` and `step` are its position along the path.
     #[arg(long)]
     json: bool,
 }
@@ -131,13 +126,8 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
     if frame_time.is_some() && !animate {
         return Err(misused("`--frame-time` is for animations; add `--animate`"));
     }
-    let options = ViewOptions {
-        map: arguments.map,
-        load: arguments.task.load(),
-        relief: arguments.relief,
-        animate,
-        frame_time,
-    };
+    let options =
+        ViewOptions { map: arguments.map, load: arguments.task.load(), animate, frame_time };
     let mut maps = arguments.task.maps(data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
     Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)

@@ -32,13 +32,13 @@ pub(crate) struct ReportArguments {
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
-    /// Overwrite a page that shows more than the new one, belongs to another study or was edited.
+    /// Overwrite a page that belongs to another study or was edited.
     ///
-    /// Without this option, an incomplete study does not overwrite a page that shows more. In the
-    /// study's own folder, `report.html` and `figures/` are otherwise always rewritten, edited or
-    /// not, unless they belong to another manifest. In a folder given with `--output`, the command
-    /// also refuses to overwrite a page of another study and edited pages and figures. A page there
-    /// that `asperity report` did not write is never overwritten.
+    /// In the study's own folder, `report.html` and `figures/` are always rewritten, edited or not,
+    /// unless they belong to another manifest. In a folder given with `--output`, the command
+    /// refuses to overwrite a page of another study, edited pages and figures, and figures without
+    /// a page, unless this option is given. A page there that `asperity report` did not write is
+    /// never overwritten.
     #[arg(long)]
     replace: bool,
 

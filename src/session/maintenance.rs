@@ -158,8 +158,8 @@ fn of_plan(mut found: Vec<StoredFile>, plan: Option<&Plan>) -> Vec<StoredFile> {
     found
 }
 
-/// Returns the edited and unfinished pages and figures of one study or of all. They are not moved,
-/// because a report writes them again.
+/// Returns the edited pages and figures of one study or of all. They are not moved, because a
+/// report writes them again.
 fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<DamagedFile>, StoreError> {
     let mut folders = listing::folders(&data.results())?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));

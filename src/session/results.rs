@@ -196,8 +196,7 @@ impl DescribedColumns {
 pub struct ReportOptions {
     /// Folder to write into (default: the folder of the study's tables).
     pub output: Option<PathBuf>,
-    /// Overwrite a page that shows more or belongs to another manifest and, in `output`, edited
-    /// files.
+    /// Overwrite a page that belongs to another manifest and, in `output`, edited files.
     pub replace: bool,
     /// Meaning of the error bars.
     pub bars: Bars,
@@ -235,13 +234,11 @@ pub(super) fn write_report(
         plan: &reading.plan,
         rows: &rows,
         archive: &reading.reader,
-        sources: &reading.study.sources,
-        manifest: &reading.study.manifest.text,
         warnings: &warnings,
     };
     let default = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(default);
-    Ok(asperity_report::write(&subject, options.bars, &folder, options.replace)?)
+    Ok(asperity_report::write(&subject, options.bars, &folder)?)
 }
 
 /// Parquet file of asperity, with its table and provenance.

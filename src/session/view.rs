@@ -1,5 +1,4 @@
-//! Pictures of the maps of one task: plain, shaded in perspective, and animated over the loads or
-//! the states of a path.
+//! Pictures of the maps of one task: plain, and animated over the loads or the states of a path.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -16,7 +15,6 @@ use asperity_report::animation::{AnimationFormat, animation};
 use asperity_report::map_pictures::{
     NodeValues, Quantity, StillFormat, contacts_panel, pixels, still,
 };
-use asperity_report::relief::Relief;
 use asperity_report::{MapPanel, Raster, Scale, digits, length_in_words, pressure_in_words};
 use asperity_stages::columns::LOAD;
 use asperity_stages::ensemble::prescribed_length;
@@ -36,8 +34,6 @@ pub(crate) struct ViewOptions {
     /// Load (default: contacts at all loads, other maps at the largest load or, along a path, at
     /// the smallest mean gap).
     pub(crate) load: Option<ChosenLoad>,
-    /// Show the surface in perspective, with the colours of the map.
-    pub(crate) relief: bool,
     /// Draw one picture for each load, with the same colours.
     pub(crate) animate: bool,
     /// Time for each picture of an animation, in hundredths of a second (default: by the number of
@@ -80,9 +76,6 @@ pub(crate) struct Picture {
     /// Largest value of the colour scale; `None` for contacts.
     pub(crate) highest: Option<f64>,
     pub(crate) unit: Option<String>,
-    /// Factor by which heights are enlarged in perspective.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) height_factor: Option<f64>,
 }
 
 /// Format of a file with a picture, which its suffix names.
@@ -151,12 +144,10 @@ impl Picture {
             MapKind::Heights
         };
         let kind = options.map.unwrap_or(default);
-        let surface =
-            if options.relief { Some(maps.map(MapKind::Heights, None, stop)?) } else { None };
         let is_one_state = maps.rows().len() == 1;
         let is_overlay = options.load.is_none() && !options.animate && !is_one_state;
         if kind == MapKind::Contact && is_overlay {
-            return Picture::of_all_contacts(maps, surface.as_ref());
+            return Picture::of_all_contacts(maps);
         }
         let shown = if options.animate {
             animated(maps, kind, options.load, stop)?
@@ -168,7 +159,7 @@ impl Picture {
         let mut picture = Picture::new(maps.task, kind, shown[0].grid);
         for map in &shown {
             let panel = map.node_values().panel(map.title(), &scale);
-            picture.add(panel, surface.as_ref(), map.grid);
+            picture.add(panel, map.grid);
         }
         if let [map] = shown.as_slice() {
             (picture.load, picture.state) = (map.load, map.state.clone());
@@ -187,7 +178,7 @@ impl Picture {
     }
 
     /// Draws the contacts at all loads in one map.
-    fn of_all_contacts(maps: &TaskMaps, surface: Option<&Map>) -> Result<Picture, SessionError> {
+    fn of_all_contacts(maps: &TaskMaps) -> Result<Picture, SessionError> {
         let Overlay { grid, contacts, loads, branch } = maps.overlay()?;
         let load = maps.load_in_words();
         let ticks: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
@@ -202,7 +193,7 @@ impl Picture {
         let unit = maps.length_unit();
         let panel = contacts_panel(title, grid, &contacts, &ticks, label, unit.as_deref());
         let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
-        picture.add(panel, surface, grid);
+        picture.add(panel, grid);
         picture.branch = branch;
         Ok(picture)
     }
@@ -224,33 +215,13 @@ impl Picture {
             lowest: None,
             highest: None,
             unit: None,
-            height_factor: None,
         }
     }
 
-    /// Adds a map, drawn over the surface if there is one.
-    fn add(&mut self, panel: MapPanel, surface: Option<&Map>, grid: Grid) {
-        self.panels.push(match surface {
-            None => {
-                let raster = panel.raster.in_proportion(grid.cell().size());
-                MapPanel { raster, ..panel }
-            }
-            Some(surface) => {
-                let Relief { raster, factor } =
-                    Relief::draw(surface.grid, &surface.values, &panel.raster);
-                self.height_factor = Some(factor);
-                let title = match self.map {
-                    MapKind::Heights => format!("heights × {}", short(factor)),
-                    _ => format!("{} · heights × {}", panel.title, short(factor)),
-                };
-                let size = raster.size().map(|side| side as f64);
-                MapPanel {
-                    colour_bar: panel.colour_bar,
-                    has_outline: false,
-                    ..MapPanel::new(title, raster, size)
-                }
-            }
-        });
+    /// Adds a map with square pixels.
+    fn add(&mut self, panel: MapPanel, grid: Grid) {
+        let raster = panel.raster.in_proportion(grid.cell().size());
+        self.panels.push(MapPanel { raster, ..panel });
     }
 
     /// Returns a file name that is unique for the picture.
@@ -259,9 +230,8 @@ impl Picture {
         let path = self.state.as_ref().map(|state| &state.branch).or(self.branch.as_ref());
         let branch = path.map(|branch| format!("-{branch}"));
         let key = &self.task.to_string()[..KEY_DIGITS];
-        let relief = if self.height_factor.is_some() { "-3d" } else { "" };
         let [load, branch] = [load, branch].map(Option::unwrap_or_default);
-        format!("{key}-{}{load}{branch}{relief}.png", self.map.name())
+        format!("{key}-{}{load}{branch}.png", self.map.name())
     }
 
     /// Describes the picture in one line.
@@ -293,9 +263,7 @@ impl Picture {
         };
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
         let range = extent.trim_end();
-        let scale = self.height_factor.map(|factor| format!(", heights × {}", short(factor)));
-        let relief = scale.unwrap_or_default();
-        format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}{relief}", self.map.name())
+        format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}", self.map.name())
     }
 
     /// Writes the picture with its title and bars in the format of the suffix; see

@@ -103,7 +103,7 @@ fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
     for part in ["missing  [figure.negative] needs ", "missing  [figure.nothing] needs "] {
         assert!(printed.contains(part), "{part} in {printed}");
     }
-    assert!(printed.contains("`hurst` has the values 0.2, 0.5, 0.8"), "{printed}");
+    assert!(printed.contains("needs rows with the values in `where`"), "{printed}");
     // Figures of the paper that do not apply are counted; the page lists them.
     assert_eq!(printed.matches("missing").count(), 2, "{printed}");
     assert!(printed.contains(" figures of the paper would need other data"), "{printed}");

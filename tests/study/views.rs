@@ -113,19 +113,6 @@ fn an_animation_has_a_picture_for_each_load_and_no_vectors() {
     assert!(printed.contains("shows all loads"), "{printed}");
 }
 
-#[test]
-fn a_relief_is_a_picture_of_its_own_with_the_factor_of_its_heights() {
-    let bench = Bench::new();
-    bench.run(&STUDY);
-    let key = first_task(&bench, "light");
-    let flat = view(&bench, &[&key, "--map", "pressures"]);
-    let relief = view(&bench, &[&key, "--map", "pressures", "--3d"]);
-    assert!(relief.0["height_factor"].as_f64().unwrap() > 0.0);
-    assert_eq!(relief.0["highest"], flat.0["highest"]);
-    assert_ne!(relief.1, flat.1);
-    assert_eq!(view(&bench, &[&key, "--map", "pressures", "--3d"]), relief);
-}
-
 fn refused(bench: &Bench, arguments: &[&str]) -> String {
     let output = bench.output(&[&["view"], arguments].concat());
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");

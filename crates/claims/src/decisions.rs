@@ -77,7 +77,7 @@ impl Judgement {
     /// Returns true if the claim is decided at one of `looks` looks, at a level that holds for all
     /// looks together.
     pub fn is_decided(&self, expected: Expectation, looks: NonZeroU32) -> bool {
-        let [contradicting, undecided] = self.counts(expected, looks.get() as usize);
+        let [contradicting, undecided] = counts(&self.bounds, expected, looks.get() as usize);
         contradicting > 0 || (undecided == 0 && self.without_value.is_empty())
     }
 
@@ -98,20 +98,10 @@ impl Judgement {
         counts.min()
     }
 
-    /// Returns [number of quantities that contradict the claim, number of undecided quantities].
-    fn counts(&self, expected: Expectation, looks: usize) -> [usize; 2] {
-        let all = self.bounds.len();
-        let verdict = |bound: &Bound| expected.verdict_at_look(bound, all, looks);
-        [Verdict::DoesNotHold, Verdict::CannotSay].map(|meant| {
-            let bounds = self.bounds.iter();
-            bounds.filter(|bound| verdict(bound) == meant).count()
-        })
-    }
-
     /// Returns the number of surfaces of each spectrum with which an undecided claim would be
     /// decided.
     fn surfaces_to_decide(&self, expected: Expectation, looks: usize) -> Option<usize> {
-        let [contradicting, undecided] = self.counts(expected, looks);
+        let [contradicting, undecided] = counts(&self.bounds, expected, looks);
         if contradicting > 0 || undecided == 0 {
             return None;
         }
@@ -133,6 +123,14 @@ impl Judgement {
             each.filter_map(|bound| until(bound, Verdict::DoesNotHold)).min()
         }
     }
+}
+
+/// Returns [number of quantities that contradict the claim, number of undecided quantities] at one
+/// of `looks` looks.
+pub fn counts(bounds: &[Bound], expected: Expectation, looks: usize) -> [usize; 2] {
+    let verdict = |bound: &Bound| expected.verdict_at_look(bound, bounds.len(), looks);
+    [Verdict::DoesNotHold, Verdict::CannotSay]
+        .map(|meant| bounds.iter().filter(|bound| verdict(bound) == meant).count())
 }
 
 /// Returns the smallest number n ≥ `from` for which `does`(n) is true, or `None` if n would exceed

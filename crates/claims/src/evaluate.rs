@@ -95,16 +95,7 @@ fn of_limits(
     statistic: Statistic,
 ) -> ClaimOutcome {
     let laws: Vec<KappaLaw> = evidence.kappa.iter().filter_map(KappaLaw::best_fit).collect();
-    let group = Group {
-        point: ParameterPoint::default(),
-        name: String::new(),
-        loads: Vec::new(),
-        given: Vec::new(),
-        values: Vec::new(),
-        systematic: 0.0,
-        has_scatter: false,
-        estimate: None,
-    };
+    let group = Group::default();
     let mut quantities = Quantities::default();
     for value in limits::values(&laws, statistic) {
         let surfaces = value.surfaces;
@@ -282,29 +273,26 @@ fn tuples<'s>(test: &Test, samples: &[Sample<'_>], states: &'s [State<'s>]) -> V
         states.iter().map(|state| Tuple { this: vec![state], ..Tuple::default() }).collect()
     };
     tuples.retain(|tuple| is_tested(test, tuple));
+    let by_sample = |tuples| grouped_by(tuples, |tuple: &Tuple| tuple.this[0].sample).into_iter();
     tuples = match test.loads {
-        Loads::Lightest => one_of_each(tuples, |_, _| false),
-        Loads::Heaviest => one_of_each(tuples, |_, _| true),
+        Loads::Lightest => by_sample(tuples).map(|(_, mut own)| own.swap_remove(0)).collect(),
+        Loads::Heaviest => by_sample(tuples).filter_map(|(_, mut own)| own.pop()).collect(),
         _ => tuples,
     };
     if test.reduce.is_some() { reduced(test, tuples) } else { tuples }
 }
 
-/// Keeps one tuple of each sample: the first, or a later one if `replaces` says so.
-fn one_of_each<'s>(
-    tuples: Vec<Tuple<'s>>,
-    replaces: fn(&Tuple<'s>, &Tuple<'s>) -> bool,
-) -> Vec<Tuple<'s>> {
-    let mut kept: Vec<Tuple<'s>> = Vec::new();
-    for tuple in tuples {
-        let sample = tuple.this[0].sample;
-        match kept.iter_mut().find(|known| known.this[0].sample == sample) {
-            Some(known) if replaces(known, &tuple) => *known = tuple,
-            Some(_) => {}
-            None => kept.push(tuple),
+/// Groups items by their keys, in order of appearance.
+fn grouped_by<T, K: PartialEq>(items: Vec<T>, key: impl Fn(&T) -> K) -> Vec<(K, Vec<T>)> {
+    let mut groups: Vec<(K, Vec<T>)> = Vec::new();
+    for item in items {
+        let key = key(&item);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, own)) => own.push(item),
+            None => groups.push((key, vec![item])),
         }
     }
-    kept
+    groups
 }
 
 /// Returns whether a tuple meets the conditions `tested`. In a family, each group must meet those
@@ -464,14 +452,8 @@ fn uses(test: &Test, word: &str) -> bool {
 
 /// Returns a tuple for each family of groups and each load that all of its groups have.
 fn families<'s>(test: &Test, samples: &[Sample<'_>], states: &'s [State<'s>]) -> Vec<Tuple<'s>> {
-    let mut families: Vec<(Vec<f64>, Vec<usize>)> = Vec::new();
-    for sample in samples {
-        let key = family(test, sample.group);
-        match families.iter_mut().find(|(known, _)| *known == key) {
-            Some((_, own)) => own.push(sample.number),
-            None => families.push((key, vec![sample.number])),
-        }
-    }
+    let numbers = (0..samples.len()).collect();
+    let families = grouped_by(numbers, |&sample| family(test, samples[sample].group));
     let mut tuples = Vec::new();
     for (_, own) in families {
         for state in states.iter().filter(|state| state.sample == own[0]) {
@@ -528,19 +510,10 @@ fn beside_first<'s>(test: &Test, states: &'s [State<'s>]) -> Vec<Tuple<'s>> {
 
 /// Joins the tuples of each family.
 fn reduced<'s>(test: &Test, tuples: Vec<Tuple<'s>>) -> Vec<Tuple<'s>> {
-    let mut families: Vec<(Vec<f64>, Vec<Tuple<'s>>)> = Vec::new();
-    for tuple in tuples {
-        let states = tuple.this.iter().chain(&tuple.next);
-        let per = |state: &&State| match &test.per {
-            Some(_) => family(test, state.group),
-            None => Vec::new(),
-        };
-        let key: Vec<f64> = states.flat_map(per).collect();
-        match families.iter_mut().find(|(known, _)| *known == key) {
-            Some((_, own)) => own.push(tuple),
-            None => families.push((key, vec![tuple])),
-        }
-    }
+    let mut families = grouped_by(tuples, |tuple| -> Vec<f64> {
+        let states = tuple.this.iter().chain(&tuple.next).filter(|_| test.per.is_some());
+        states.flat_map(|state| family(test, state.group)).collect()
+    });
     families.sort_by(|one, other| one.0.partial_cmp(&other.0).unwrap_or(std::cmp::Ordering::Equal));
     let join = |own: Vec<Tuple<'s>>| {
         if test.reduce == Some(Reduction::Largest) {

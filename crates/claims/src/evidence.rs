@@ -48,7 +48,7 @@ pub struct Evidence {
 }
 
 /// Values of the surfaces that agree in all parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Group {
     pub point: ParameterPoint,
     pub name: String,
@@ -68,6 +68,12 @@ pub struct Group {
 }
 
 impl Group {
+    /// Creates a group of values that have no load, without parameters.
+    pub fn without_loads(values: Vec<Vec<f64>>) -> Group {
+        let loads = vec![f64::NAN; values.len()];
+        Group { given: loads.clone(), loads, values, ..Group::default() }
+    }
+
     pub fn surfaces(&self) -> usize {
         self.values.first().map_or(0, Vec::len)
     }
@@ -326,12 +332,9 @@ impl Evidence {
             groups.push(Group {
                 point,
                 name,
-                loads: vec![f64::NAN],
-                given: vec![f64::NAN],
-                values: vec![areas.collect()],
                 systematic: problem.resolution_error().area_corrected,
                 has_scatter: problem.resolves_scatter(),
-                estimate: None,
+                ..Group::without_loads(vec![areas.collect()])
             });
         }
         groups.sort_by(|one, other| one.point.cmp(&other.point));
@@ -358,12 +361,7 @@ impl Evidence {
             groups.push(Group {
                 name: spectrum.clone().only(&[K_LOWER.name, K_UPPER.name]).to_string(),
                 point: spectrum,
-                loads: vec![f64::NAN; 2],
-                given: vec![f64::NAN; 2],
-                values: vec![covariances, variances],
-                systematic: 0.0,
-                has_scatter: false,
-                estimate: None,
+                ..Group::without_loads(vec![covariances, variances])
             });
         }
         Ok(groups)
@@ -442,9 +440,9 @@ impl RowValues<'_> {
             loads: of(|load| load.reduced),
             given: of(|load| load.given),
             values,
-            systematic: 0.0,
             has_scatter: estimate.is_none(),
             estimate,
+            ..Group::default()
         }
     }
 

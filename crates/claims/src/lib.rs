@@ -79,25 +79,16 @@ pub struct Judgement {
 impl Judgement {
     /// Judges a claim from its quantities, or returns `None` if there are none.
     pub fn new(expected: Expectation, bounds: Vec<Bound>) -> Option<Judgement> {
-        let verdict = |bound: &Bound| expected.verdict(bound, bounds.len());
-        let verdicts: Vec<Verdict> = bounds.iter().map(verdict).collect();
-        let count = |verdict| verdicts.iter().filter(|&&found| found == verdict).count();
-        let contradicting = count(Verdict::DoesNotHold);
-        let undecided = count(Verdict::CannotSay);
         let margin = |index: &usize| expected.margin(&bounds[*index]);
         let deciding = (0..bounds.len()).min_by(|a, b| margin(a).total_cmp(&margin(b)))?;
-        Some(Judgement {
-            verdict: match (contradicting, undecided) {
-                (0, 0) => Verdict::Holds,
-                (0, _) => Verdict::CannotSay,
-                _ => Verdict::DoesNotHold,
-            },
-            deciding,
-            contradicting,
-            undecided,
-            bounds,
-            without_value: Vec::new(),
-        })
+        let [contradicting, undecided] = decisions::counts(&bounds, expected, 1);
+        let verdict = match (contradicting, undecided) {
+            (0, 0) => Verdict::Holds,
+            (0, _) => Verdict::CannotSay,
+            _ => Verdict::DoesNotHold,
+        };
+        let without_value = Vec::new();
+        Some(Judgement { verdict, bounds, deciding, contradicting, undecided, without_value })
     }
 
     /// Adds the labels of quantities without a value. If there are any, the verdict `Holds` becomes

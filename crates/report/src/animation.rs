@@ -4,7 +4,7 @@
 
 use gif::{Encoder, Frame, Repeat};
 
-use crate::charts::raster::{Pixel, Raster};
+use crate::charts::raster::Raster;
 
 /// Duration of an animation without its last picture, in hundredths of a second.
 const DURATION: usize = 800;
@@ -12,8 +12,6 @@ const DURATION: usize = 800;
 const TIMES: [usize; 2] = [8, 80];
 /// Time for the last picture, in hundredths of a second.
 const LAST: u16 = 150;
-/// Largest number of colours of a GIF file.
-const PALETTE: usize = 256;
 
 /// Format of an animation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,51 +61,22 @@ fn apng(pictures: &[Raster], size: [usize; 2], time: Option<u16>) -> Vec<u8> {
 }
 
 fn gif(pictures: &[Raster], size: [usize; 2], time: Option<u16>) -> Vec<u8> {
+    /// Quality of the choice of 256 colours, from 1 (best and slowest) to 30.
+    const SPEED: i32 = 10;
     let [width, height] = size.map(|side| u16::try_from(side).expect("pictures are small"));
-    let (palette, bits) = palette(pictures);
     let mut bytes = Vec::new();
-    let encoder = Encoder::new(&mut bytes, width, height, palette.as_flattened());
+    let encoder = Encoder::new(&mut bytes, width, height, &[]);
     let written = encoder.and_then(|mut encoder| {
         encoder.set_repeat(Repeat::Infinite)?;
         for (picture, delay) in pictures.iter().zip(times(pictures.len(), time)) {
-            let index = |pixel: &Pixel| {
-                let found = palette.binary_search(&rounded(*pixel, bits));
-                found.expect("the palette has all colours") as u8
-            };
-            let buffer = picture.as_slice().iter().map(index).collect::<Vec<u8>>().into();
-            encoder.write_frame(&Frame { width, height, delay, buffer, ..Frame::default() })?;
+            let pixels = picture.as_slice().as_flattened();
+            let frame = Frame::from_rgb_speed(width, height, pixels, SPEED);
+            encoder.write_frame(&Frame { delay, ..frame })?;
         }
         Ok(())
     });
     written.expect("writing to memory cannot fail");
     bytes
-}
-
-/// Returns the colours of all pictures, rounded to as many bits per channel as give at most
-/// [`PALETTE`] colours, and the number of bits.
-fn palette(pictures: &[Raster]) -> (Vec<Pixel>, u32) {
-    let mut all: Vec<Pixel> = pictures.iter().flat_map(Raster::palette).collect();
-    all.sort_unstable();
-    all.dedup();
-    for bits in (1..=8).rev() {
-        let mut colours: Vec<Pixel> = all.iter().map(|colour| rounded(*colour, bits)).collect();
-        colours.sort_unstable();
-        colours.dedup();
-        if colours.len() <= PALETTE {
-            return (colours, bits);
-        }
-    }
-    unreachable!("one bit per channel gives eight colours")
-}
-
-/// Rounds the channels of a colour to a number of bits, such that black and white stay what they
-/// are.
-fn rounded(colour: Pixel, bits: u32) -> Pixel {
-    let levels = (1u32 << bits) - 1;
-    colour.map(|channel| {
-        let level = (u32::from(channel) * levels + 127) / 255;
-        ((level * 255 + levels / 2) / levels) as u8
-    })
 }
 
 #[cfg(test)]
@@ -154,15 +123,6 @@ mod tests {
             }
         }
         assert!(decoder.read_next_frame().unwrap().is_none());
-    }
-
-    #[test]
-    fn few_colours_keep_all_bits() {
-        let picture = Raster::from_pixels([2, 1], vec![[1, 2, 3], [4, 5, 6]]);
-        assert_eq!(palette(&[picture]), (vec![[1, 2, 3], [4, 5, 6]], 8));
-        for bits in 1..=8 {
-            assert_eq!(rounded([0, 255, 0], bits), [0, 255, 0]);
-        }
     }
 
     #[test]

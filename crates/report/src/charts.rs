@@ -23,7 +23,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::map_panel::{Frame, MapPanel, WORDS, words};
 use crate::charts::style::{Colour, Style};
-use crate::charts::svg::{finished, resized, shift};
+use crate::charts::svg::{Size, finished, shift};
 use crate::charts::text::{lines_of, width_of};
 
 /// DejaVu Sans, reduced to the glyphs that figures need; see `font/LICENSE`.
@@ -223,8 +223,7 @@ impl Figure {
             colours.draw(&mut scene, below, width);
         }
         legend.draw(&mut scene, below + self.height_of_colours(), width);
-        let svg = finished(&scene, &pictures, name, 1.4);
-        self.sheet.map_or_else(|| svg.clone(), |sheet| resized(&svg, sheet))
+        finished(scene, &pictures, name, self.sheet.map_or(Size::Page(1.4), Size::Sheet))
     }
 
     /// Returns the entries of the legend: each name once, in the declared order, and others in
@@ -579,7 +578,7 @@ mod tests {
         assert_eq!(figure.rows.len(), 2);
         assert_eq!(figure.sheet.unwrap()[0], 325.0);
         let svg = figure.to_svg("column");
-        assert!(svg.contains(" width=\"325.00\" "), "{svg}");
+        assert!(svg.contains(" width=\"325\" "), "{svg}");
         // Letters of 13 pixels in a drawing of this width have 10 pixels in the file.
         let inner: f64 =
             svg.split("viewBox=\"0 0 ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();

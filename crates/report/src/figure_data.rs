@@ -1,18 +1,18 @@
-//! What all figures of a study share: ensembles of contacts, styles, units, and notes for captions.
+//! What all figures of a study share: styles, units, and notes for captions.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use arrow::array::{Array, Float64Array};
+use arrow::array::Array;
 
 use crate::ReportError;
 use crate::finished::{FinishedStage, FinishedStages};
 use crate::loads::Loads;
 use crate::points::{self, Point, as_named};
-use crate::samples::MeasuredMaps;
+use crate::samples::{MeasuredMap, measured_maps};
 use crate::styles::{Lengths, Styles};
 use crate::symbols::Files;
-use crate::units::{LengthUnit, Units};
+use crate::units::{Unit, Units};
 use asperity_mechanics::morphology::area::YASTREBOV_2017;
 use asperity_mechanics::topography::spectrum::Spectrum;
 use asperity_pipeline::study::figures::ErrorBars;
@@ -20,11 +20,11 @@ use asperity_stages::columns::{
     AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LAYER_THICKNESS, LOAD, PERIMETER_MANHATTAN,
     REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
-use asperity_stages::ensemble::{self, Ensemble};
+use asperity_stages::ensemble::{Ensemble, ensembles};
 use asperity_stages::grids::Grids;
 use asperity_stages::surface::Origin;
 use asperity_stages::{Kind, Recipe, departures, generate};
-use asperity_tables::column::Role;
+use asperity_tables::column::{Column, Role};
 use asperity_tables::table::{Table, TableError};
 
 /// Largest load that the paper calls light, in units of E* × rms slope.
@@ -35,22 +35,23 @@ pub struct FigureData<'a> {
     pub finished: &'a FinishedStages<'a>,
     pub units: Units,
     pub loads: Loads,
-    pub maps: MeasuredMaps,
-    /// Ensembles of measured contacts, without adhesion and layers, in their tables.
-    pub measured: Vec<(&'a Table, Ensemble)>,
+    /// Measured surfaces, or `None` if a file is missing.
+    pub maps: Option<Vec<MeasuredMap>>,
     /// Colours, markers and labels of the parameter points.
     pub styles: Styles,
     /// Names of the files of measured surfaces.
     pub files: Files,
     /// Sentences on assumptions of the theories that the study does not satisfy, or an empty text.
     pub caveat: String,
+    /// Sentence on the mesh error of the counted areas, or an empty text.
+    pub mesh_error: String,
     pub bars: ErrorBars,
     /// Keys that the manifest computes from other keys.
     pub derived: BTreeSet<String>,
 }
 
 impl<'a> FigureData<'a> {
-    /// Sorts the rows of a study into ensembles.
+    /// Reads the data from the tables of a study.
     pub fn new(
         finished: &'a FinishedStages<'a>,
         bars: ErrorBars,
@@ -58,11 +59,11 @@ impl<'a> FigureData<'a> {
     ) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let units = Units::from_stages(finished)?;
+        let loads = Loads::from_stages(finished, &units)?;
         let measured = measured(finished)?;
-        let mut points: Vec<Point> = if measured.is_empty() {
-            points_of_surfaces(finished)?
-        } else {
-            measured.iter().map(|(_, ensemble)| as_named(&ensemble.point)).collect()
+        let mut points: Vec<Point> = match measured.is_empty() {
+            true => points_of_surfaces(finished)?,
+            false => measured.iter().map(|(_, ensemble)| as_named(&ensemble.point)).collect(),
         };
         // Include planned points, so later results do not change the styles of existing ones.
         if let Some(like) = points.first().cloned() {
@@ -71,10 +72,10 @@ impl<'a> FigureData<'a> {
         let styles = Styles::new(&points, &files).with_lengths(lengths(finished, &units, &points));
         Ok(FigureData {
             finished,
-            maps: MeasuredMaps::read(finished, &units)?,
-            loads: Loads::from_stages(finished, &units)?,
+            maps: measured_maps(finished, &units)?,
+            mesh_error: mesh_error(&measured, &loads)?,
+            loads,
             units,
-            measured,
             caveat: caveat(finished, &styles)?,
             styles,
             files,
@@ -88,43 +89,6 @@ impl<'a> FigureData<'a> {
         let lengths = lengths(self.finished, &self.units, points);
         Styles::new(points, &self.files).with_lengths(lengths)
     }
-
-    /// Returns a sentence with the mesh error of the counted areas, estimated from the perimeter
-    /// with the correction `2017`. Returns an empty text if there are no counted areas.
-    pub fn share_of_mesh(&self) -> Result<String, ReportError> {
-        let mut shares = Vec::new();
-        for (table, ensemble) in &self.measured {
-            let complete = (0..ensemble.loads.len()).filter_map(|index| {
-                Some((ensemble.loads[index].reduced, ensemble.complete(index)?))
-            });
-            let distance = |load: f64| (load / LIGHT).ln().abs();
-            let nearest =
-                complete.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
-            let Some((_, rows)) = nearest else { continue };
-            let grid = Grids::new(table)?.grid(rows[0]).map_err(ReportError::Surface)?;
-            let sum = |values: &Float64Array| -> Option<f64> {
-                rows.iter().map(|&row| values.is_valid(row).then(|| values.value(row))).sum()
-            };
-            let area = sum(table.reals(AREA_FRACTION.name)?);
-            let perimeter = sum(table.reals(PERIMETER_MANHATTAN.name)?);
-            if let (Some(area), Some(perimeter), true) = (area, perimeter, grid.has_square_cells())
-            {
-                // S_d Δx/(L_x L_y).
-                let edge = perimeter / (grid.cell().size()[0] * grid.nodes()[1] as f64);
-                shares.push(100.0 * YASTREBOV_2017 * edge / area);
-            }
-        }
-        let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
-        let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
-            return Ok(String::new());
-        };
-        let range = if least == most { least } else { format!("{least} to {most}") };
-        Ok(format!(
-            "According to the correction of 2017, {range} % of the counted area at the load \
-             nearest to {} is an error of the mesh.",
-            self.loads.text_of_reduced(LIGHT),
-        ))
-    }
 }
 
 /// Returns the unit of the parameters that are lengths.
@@ -136,7 +100,7 @@ pub fn lengths(finished: &FinishedStages, units: &Units, points: &[Point]) -> Le
     let own = known.first().copied().flatten().filter(|_| known.len() == 1);
     Lengths {
         columns: columns.collect(),
-        shared: LengthUnit::common([own]),
+        shared: Unit::of_lengths([own]),
         own: own.map(str::to_owned),
     }
 }
@@ -166,18 +130,54 @@ fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     Ok(called.collect())
 }
 
-fn measured<'a>(
-    finished: &'a FinishedStages<'a>,
-) -> Result<Vec<(&'a Table, Ensemble)>, TableError> {
+/// Ensembles of measured contacts in their tables.
+type Measured<'a> = Vec<(&'a Table, Ensemble)>;
+
+/// Returns the ensembles of measured contacts without adhesion and layers.
+fn measured<'a>(finished: &'a FinishedStages) -> Result<Measured<'a>, TableError> {
     let mut measured = Vec::new();
     for FinishedStage { kind, table, .. } in &finished.stages {
         let is_other = table.has(WORK_OF_ADHESION.name) || table.has(LAYER_THICKNESS.name);
         let has_areas = [SURFACE, LOAD, AREA_FRACTION].iter().all(|column| table.has(column.name));
         if *kind == Kind::Measure && has_areas && !is_other {
-            measured.extend(ensemble::ensembles(table)?.into_iter().map(|one| (table, one)));
+            measured.extend(ensembles(table)?.into_iter().map(|one| (table, one)));
         }
     }
     Ok(measured)
+}
+
+/// Returns a sentence with the mesh error of the counted areas, estimated from the perimeter with
+/// the correction `2017`, or an empty text if there are no counted areas.
+fn mesh_error(measured: &Measured, loads: &Loads) -> Result<String, ReportError> {
+    let mut shares = Vec::new();
+    for (table, ensemble) in measured {
+        let complete = (0..ensemble.loads.len())
+            .filter_map(|index| Some((ensemble.loads[index].reduced, ensemble.complete(index)?)));
+        let distance = |load: f64| (load / LIGHT).ln().abs();
+        let nearest = complete.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+        let Some((_, rows)) = nearest else { continue };
+        let grid = Grids::new(table)?.grid(rows[0]).map_err(ReportError::Surface)?;
+        let sum = |column: Column| -> Result<Option<f64>, TableError> {
+            let values = table.reals(column.name)?;
+            Ok(rows.iter().map(|&row| values.is_valid(row).then(|| values.value(row))).sum())
+        };
+        let sums = sum(AREA_FRACTION)?.zip(sum(PERIMETER_MANHATTAN)?);
+        if let Some((area, perimeter)) = sums.filter(|_| grid.has_square_cells()) {
+            // S_d Δx/(L_x L_y).
+            let edge = perimeter / (grid.cell().size()[0] * grid.nodes()[1] as f64);
+            shares.push(100.0 * YASTREBOV_2017 * edge / area);
+        }
+    }
+    let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
+    let [Some(least), Some(most)] = ends.map(|end| end.map(|end| format!("{end:.1}"))) else {
+        return Ok(String::new());
+    };
+    let range = if least == most { least } else { format!("{least} to {most}") };
+    Ok(format!(
+        "According to the correction of 2017, {range} % of the counted area at the load nearest to \
+         {} is an error of the mesh.",
+        loads.text_of_reduced(LIGHT),
+    ))
 }
 
 /// Returns the distinct parameter points of the study's surfaces, in order of appearance, from the

@@ -4,7 +4,6 @@
 //! Each figure is a [`Definition`] with a function that draws the figure from the tables of a
 //! study.
 
-mod adhesion_maps;
 mod automatic;
 mod contact_maps;
 mod curves;
@@ -17,15 +16,14 @@ mod spectra;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
+use minijinja::Value;
 use serde::Serialize;
 
 use crate::ReportError;
 use crate::charts::Figure;
-use crate::charts::interactive::PageFigure;
 use crate::figure_data::FigureData;
-use crate::figures::contact_maps::LoadSlider;
 use crate::finished::FinishedStages;
-use crate::samples::{FILE_IS_GONE, MeasuredMaps};
+use crate::samples::FILE_IS_GONE;
 use asperity_pipeline::manifest::figure::WrittenFigure;
 use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
@@ -37,100 +35,82 @@ const CODED: [&Definition; 7] = [
     &spectra::SPECTRUM,
     &spectra::SLOPE_BY_SCALE,
     &contact_maps::CONTACT_MAPS,
-    &adhesion_maps::MAPS,
+    &contact_maps::ADHESION_MAPS,
     &errors::ERRORS,
 ];
 
-pub use shipped::{missing, names};
+pub use shipped::missing;
 
 /// A figure that a page may have.
-pub enum Planned<'a> {
-    Declared(&'a FigureSpec),
-    Automatic(Box<FigureSpec>),
+pub struct Planned<'a> {
+    /// Name of the files, and anchor on the page.
+    pub name: String,
+    pub title: String,
+    pub group: Group,
+    source: Source<'a>,
+}
+
+enum Source<'a> {
+    Spec(Cow<'a, FigureSpec>),
     Coded(&'static Definition),
     Shipped(&'static WrittenFigure),
 }
 
-impl Planned<'_> {
+impl<'a> Planned<'a> {
     /// Lists the figures of a study in the order of the page: those that it declares, automatic
-    /// ones, and all others. A declared figure takes the place of another one with its name.
-    pub fn all<'a>(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
-        let declared = study.figures.iter().map(Planned::Declared);
-        let automatic = automatic::figures(study, finished)
-            .into_iter()
-            .map(|figure| Planned::Automatic(Box::new(figure)));
+    /// ones, and all others. A declared figure takes the place of another one with its name. An
+    /// automatic figure whose name another figure has gets a number.
+    pub fn all(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
+        let declared = study.figures.iter();
+        let mut all: Vec<Planned> = declared
+            .map(|figure| Planned::from_spec(Group::Declared, Cow::Borrowed(figure)))
+            .collect();
         // Some file systems do not distinguish case.
-        let is_declared =
-            |name: &&str| study.figures.iter().any(|figure| figure.name.to_lowercase() == **name);
-        let paper = shipped::names().filter(|name| !is_declared(name)).filter_map(|name| {
-            let coded = CODED.into_iter().find(|figure| figure.name == name);
-            coded.map(Planned::Coded).or_else(|| shipped::find(name).map(Planned::Shipped))
-        });
-        declared.chain(automatic).chain(paper).collect()
+        let mut taken: BTreeSet<String> =
+            all.iter().map(|figure| figure.name.to_lowercase()).collect();
+        let names = shipped::names().filter(|name| taken.insert((*name).to_owned()));
+        let paper: Vec<Planned> = names.filter_map(Planned::of_paper).collect();
+        for figure in automatic::figures(study, finished) {
+            let mut figure = Planned::from_spec(Group::Automatic, Cow::Owned(figure));
+            let numbered = (2..).map(|number| format!("{}-{number}", figure.name));
+            let mut names = std::iter::once(figure.name.clone()).chain(numbered);
+            let free = names.find(|name| taken.insert(name.to_lowercase()));
+            figure.name = free.expect("there are always more numbers");
+            all.push(figure);
+        }
+        all.extend(paper);
+        all
     }
 
-    pub fn name(&self) -> &str {
-        match self {
-            Planned::Declared(figure) => &figure.name,
-            Planned::Automatic(figure) => &figure.name,
-            Planned::Coded(definition) => definition.name,
-            Planned::Shipped(figure) => &figure.name.value,
-        }
+    fn from_spec(group: Group, spec: Cow<'a, FigureSpec>) -> Planned<'a> {
+        let (name, title) = (spec.name.clone(), declared::title(&spec));
+        Planned { name, title, group, source: Source::Spec(spec) }
     }
 
-    pub fn title(&self) -> String {
-        match self {
-            Planned::Declared(figure) => declared::title(figure),
-            Planned::Automatic(figure) => declared::title(figure),
-            Planned::Coded(definition) => definition.title.to_owned(),
-            Planned::Shipped(figure) => shipped::title(figure),
-        }
-    }
-
-    pub fn group(&self) -> Group {
-        match self {
-            Planned::Declared(_) => Group::Declared,
-            Planned::Automatic(_) => Group::Automatic,
-            Planned::Coded(_) | Planned::Shipped(_) => Group::Paper,
-        }
+    fn of_paper(name: &str) -> Option<Planned<'a>> {
+        let (title, source) = match CODED.into_iter().find(|figure| figure.name == name) {
+            Some(coded) => (coded.title.to_owned(), Source::Coded(coded)),
+            None => {
+                let figure = shipped::find(name)?;
+                (shipped::title(figure), Source::Shipped(figure))
+            }
+        };
+        Some(Planned { name: name.to_owned(), title, group: Group::Paper, source })
     }
 
     pub fn draw(&self, data: &FigureData) -> Result<Drawn, ReportError> {
-        let drawn = match self {
-            Planned::Declared(figure) => return declared::draw(data, figure),
-            // Nobody waits for an automatic figure that cannot be drawn.
-            Planned::Automatic(figure) => {
-                return Ok(match declared::draw(data, figure)? {
-                    Drawn::Missing { .. } => Drawn::NotAsked,
-                    drawn => drawn,
-                });
-            }
-            Planned::Coded(definition) => (definition.draw)(data)?,
-            Planned::Shipped(figure) => shipped::draw(data, figure)?,
+        let drawn = match &self.source {
+            Source::Spec(figure) => declared::draw(data, figure)?,
+            Source::Coded(definition) => (definition.draw)(data)?,
+            Source::Shipped(figure) => shipped::draw(data, figure)?,
         };
-        Ok(match drawn {
-            Drawn::NotAsked => missing(data, self.name()),
-            drawn => drawn,
+        Ok(match (drawn, self.group) {
+            // Nobody waits for an automatic figure that cannot be drawn.
+            (Drawn::Missing { .. }, Group::Automatic) => Drawn::NotAsked,
+            (Drawn::NotAsked, Group::Paper) => missing(data, &self.name),
+            (drawn, _) => drawn,
         })
     }
-}
-
-/// Returns the names of the files of figures. An automatic figure whose name another figure has
-/// gets a number; some file systems do not distinguish case.
-pub fn file_stems(figures: &[Planned]) -> Vec<String> {
-    let is_automatic = |figure: &&Planned| figure.group() == Group::Automatic;
-    let others = figures.iter().filter(|figure| !is_automatic(figure));
-    let mut taken: BTreeSet<String> = others.map(|figure| figure.name().to_lowercase()).collect();
-    let stem = |figure: &Planned| {
-        let name = figure.name();
-        if !is_automatic(&figure) {
-            return name.to_owned();
-        }
-        let numbered = (2..).map(|number| format!("{name}-{number}"));
-        let mut names = std::iter::once(name.to_owned()).chain(numbered);
-        names.find(|name| taken.insert(name.to_lowercase())).expect("there are always more numbers")
-    };
-    figures.iter().map(stem).collect()
 }
 
 /// Name, title and drawing function of a figure.
@@ -148,7 +128,7 @@ pub enum Drawn {
         /// Text below the figure on the page.
         caption: String,
         /// Interactive maps below the figure, only on the page.
-        sliders: Vec<LoadSlider>,
+        sliders: Vec<Value>,
     },
     /// The study has no data for the figure, or has lost the data.
     Missing {
@@ -165,13 +145,6 @@ impl Drawn {
         Drawn::Figure { figure: Box::new(figure), caption: caption.into(), sliders: Vec::new() }
     }
 
-    pub fn with_sliders(mut self, below: Vec<LoadSlider>) -> Drawn {
-        if let Drawn::Figure { sliders, .. } = &mut self {
-            *sliders = below;
-        }
-        self
-    }
-
     /// Creates a missing figure of a study that has lost the data.
     pub fn gone(needs: &'static str) -> Drawn {
         Drawn::Missing { needs: needs.into(), lines: None }
@@ -179,10 +152,7 @@ impl Drawn {
 
     /// Creates a missing figure of surfaces, which is lost if the file of a measured surface is.
     pub fn missing_surfaces(data: &FigureData) -> Drawn {
-        match data.maps {
-            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
-            MeasuredMaps::There(_) => Drawn::NotAsked,
-        }
+        if data.maps.is_some() { Drawn::NotAsked } else { Drawn::gone(FILE_IS_GONE) }
     }
 }
 
@@ -207,7 +177,8 @@ pub struct DrawnFigure {
     pub name: String,
     pub title: String,
     pub group: Group,
-    pub drawing: PageFigure,
+    /// Drawings for the page.
+    pub drawing: Value,
     #[serde(skip)]
     pub alone: String,
     #[serde(skip)]
@@ -216,38 +187,14 @@ pub struct DrawnFigure {
     pub pdf: Vec<u8>,
     pub caption: String,
     /// Maps at further loads, which a reader selects with sliders.
-    pub sliders: Vec<LoadSlider>,
+    pub sliders: Vec<Value>,
 }
 
 impl DrawnFigure {
     /// Returns the names and contents of the files.
     pub fn files(&self) -> [(String, &[u8]); 3] {
-        let contents = [self.alone.as_bytes(), &self.png, &self.pdf];
-        std::array::from_fn(|index| (file_names(&self.name)[index].clone(), contents[index]))
-    }
-}
-
-/// Returns the names of the files of a figure.
-pub fn file_names(figure: &str) -> [String; 3] {
-    ["svg", "png", "pdf"].map(|ending| format!("{figure}.{ending}"))
-}
-
-/// A figure for which the study has no data or has lost the data.
-#[derive(Debug, Serialize)]
-pub struct MissingFigure {
-    /// Name of the files that the figure would have.
-    pub name: String,
-    pub title: String,
-    pub group: Group,
-    pub needs: Cow<'static, str>,
-    /// Lines of a manifest that would add the data; `None` if the data are lost.
-    pub lines: Option<String>,
-}
-
-impl MissingFigure {
-    /// Returns true if the data of a figure of the paper are lost.
-    pub fn is_lost(&self) -> bool {
-        self.group == Group::Paper && self.lines.is_none()
+        let contents = [("svg", self.alone.as_bytes()), ("png", &self.png), ("pdf", &self.pdf)];
+        contents.map(|(ending, bytes)| (format!("{}.{ending}", self.name), bytes))
     }
 }
 

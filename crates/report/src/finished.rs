@@ -61,7 +61,7 @@ impl<'a> FinishedStages<'a> {
             stages: stages.collect(),
             plan: subject.plan,
             archive: subject.archive,
-            sources: subject.sources,
+            sources: &subject.study.sources,
             pressure: shared,
             output_units: &subject.study.output_units,
         }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use minijinja::context;
 use minijinja::value::Serde;
 use serde::Serialize;
 
@@ -58,15 +59,6 @@ pub enum StudyState {
     Unknown,
 }
 
-#[derive(Serialize)]
-struct Contents<'a> {
-    folder: String,
-    studies: &'a [StudyEntry],
-    style: &'static str,
-    light: String,
-    dark: String,
-}
-
 /// Returns the paths of the report of a study and of its main figure, relative to the folder of
 /// results, as far as the files exist.
 pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
@@ -80,20 +72,9 @@ pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
     [Some(format!("{study}/{PAGE}")), picture.map(|picture| format!("{study}/{picture}"))]
 }
 
-/// Returns what is wrong with the report of a study: files that were changed by hand, or that an
-/// interrupted report has left.
+/// Returns which files of the report of a study were changed by hand.
 pub fn problems_of_report(results: &Path, study: &str) -> Vec<String> {
-    let name = |path: &PathBuf| path.strip_prefix(results).unwrap_or(path).display().to_string();
-    let in_words = |problem: &StoreError| match problem {
-        StoreError::Changed { path } => {
-            format!("`{}` was changed since it was written", name(path))
-        }
-        StoreError::Interrupted { path } => {
-            format!("`{}` was not finished by an interrupted report", name(path))
-        }
-        other => other.to_string(),
-    };
-    integrity::problems(&results.join(study)).iter().map(in_words).collect()
+    integrity::problems(&results.join(study)).iter().map(ToString::to_string).collect()
 }
 
 /// Writes the page of these studies into the folder of results and returns its path.
@@ -122,8 +103,9 @@ pub fn write_index(
 fn html(results: &Path, studies: &[StudyEntry]) -> String {
     let [light, dark] = style::declarations();
     let folder = results.display().to_string();
-    let contents = Contents { folder, studies, style: page::STYLE, light, dark };
-    let page = page::environment().render_named_str("index.html", TEMPLATE, Serde(&contents));
+    let studies = Serde(studies);
+    let contents = context! { folder, studies, style => page::STYLE, light, dark };
+    let page = page::environment().render_named_str("index.html", TEMPLATE, contents);
     page.expect("the template only uses these contents")
 }
 

@@ -15,7 +15,7 @@
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
-//! | `map_pictures`, `relief` | pictures of single maps, and of surfaces in perspective |
+//! | `map_pictures` | pictures of single maps |
 //! | `animation` | sweeps of loads as GIF and APNG files |
 //! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
 //! | `page` | the HTML page: summary, figures, tables, provenance |
@@ -37,7 +37,6 @@ pub mod map_pictures;
 mod page;
 mod plotted;
 mod points;
-pub mod relief;
 mod samples;
 mod styles;
 mod surface_curves;
@@ -61,7 +60,7 @@ use serde::Serialize;
 
 use crate::charts::{Figure, pdf, svg};
 use crate::figure_data::FigureData;
-use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
+use crate::figures::{Drawn, DrawnFigure, Group, Planned};
 use crate::finished::FinishedStages;
 use crate::integrity::Basis;
 use asperity_pipeline::plan::Plan;
@@ -71,7 +70,6 @@ use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::study::figures::ErrorBars;
 use asperity_pipeline::study::{Study, Warning};
 use asperity_stages::StageError;
-use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{lock_to_write, make_folder, write_whole};
@@ -136,15 +134,23 @@ pub enum Reason {
     DoesNotApply,
 }
 
-impl From<MissingFigure> for NotDrawn {
-    fn from(figure: MissingFigure) -> NotDrawn {
-        let reason = match figure.group {
-            Group::Declared => Reason::Declared,
-            _ if figure.is_lost() => Reason::Lost,
-            _ => Reason::DoesNotApply,
+/// A figure that is not drawn, with the lines of a manifest that would add its data.
+#[derive(Debug, Serialize)]
+struct MissingFigure {
+    #[serde(flatten)]
+    told: NotDrawn,
+    lines: Option<String>,
+}
+
+impl MissingFigure {
+    fn new(planned: &Planned, needs: String, lines: Option<String>) -> MissingFigure {
+        let reason = match (planned.group, &lines) {
+            (Group::Declared, _) => Reason::Declared,
+            (_, None) => Reason::Lost,
+            (_, Some(_)) => Reason::DoesNotApply,
         };
-        let MissingFigure { name, title, needs, .. } = figure;
-        NotDrawn { figure: title, name, reason, needs: needs.into_owned() }
+        let (figure, name) = (planned.title.clone(), planned.name.clone());
+        MissingFigure { told: NotDrawn { figure, name, reason, needs }, lines }
     }
 }
 
@@ -166,14 +172,8 @@ pub enum ReportError {
     /// A figure cannot be converted to PNG or PDF.
     #[error("cannot convert `{name}.svg` to PNG and PDF")]
     Pixels { name: String, source: PixelsError },
-    /// The existing page shows results that the new page would not.
-    #[error(
-        "`{}` shows more than a new page would: {}; compute the missing results with `asperity \
-         run`, choose another folder with `--output FOLDER`, or overwrite the page with \
-         `--replace`",
-        page.display(),
-        lacks.join(", "),
-    )]
+    /// Not returned any more: a page that shows more than the new one is overwritten.
+    #[error("`{}` shows more than a new page would", page.display())]
     ShowsLess { page: PathBuf, lacks: Vec<String> },
     /// The existing file is not a report.
     #[error(
@@ -208,20 +208,11 @@ pub struct Subject<'a> {
     pub rows: &'a [StageRows],
     /// Finished tasks with their maps.
     pub archive: &'a ResultReader,
-    /// Files of the measured surfaces.
-    pub sources: &'a SurfaceFiles,
-    pub manifest: &'a str,
     /// Warnings that the page shows.
     pub warnings: &'a [Warning],
 }
 
 impl Subject<'_> {
-    /// Returns true if all tasks of the plan are finished.
-    fn is_complete(&self) -> bool {
-        let mut stages = self.plan.stages.iter().zip(self.rows);
-        stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
-    }
-
     /// Returns the numbers of finished and of planned tasks.
     fn tasks(&self) -> (usize, usize) {
         let done: BTreeSet<usize> = self.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
@@ -229,24 +220,17 @@ impl Subject<'_> {
     }
 }
 
-/// Writes the page `report.html` and the folder `figures` into a folder. If the study is incomplete
-/// or its maps are lost, an existing page that shows more results is kept.
+/// Writes the page `report.html` and the folder `figures` into a folder.
 ///
 /// # Errors
-/// If a surface cannot be drawn, a file cannot be written, or the existing page shows more.
-pub fn write(
-    subject: &Subject,
-    bars: Bars,
-    folder: &Path,
-    replaces: bool,
-) -> Result<Report, ReportError> {
+/// If a surface cannot be drawn or a file cannot be written.
+pub fn write(subject: &Subject, bars: Bars, folder: &Path) -> Result<Report, ReportError> {
     let finished = FinishedStages::new(subject);
     let derived = subject.study.derived_keys();
     let data = FigureData::new(&finished, bars.into(), derived)?;
     // Draw figures in parallel, one task each.
     let planned = Planned::all(subject.study, &finished);
-    let named: Vec<_> = planned.iter().zip(figures::file_stems(&planned)).collect();
-    let drawn = parallel::map(&named, |(figure, stem)| draw(figure, stem, &data));
+    let drawn = parallel::map(&planned, |figure| draw(figure, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for figure in drawn {
         match figure? {
@@ -255,30 +239,29 @@ pub fn write(
             None => {}
         }
     }
-    let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
+    let basis = Basis::new(&subject.plan.study, &there);
     let page = folder.join(PAGE);
-    let is_complete = subject.is_complete() && !missing.iter().any(MissingFigure::is_lost);
-    if !replaces && !is_complete {
-        let lacks = basis.lacks_of(&page);
-        if !lacks.is_empty() {
-            return Err(ReportError::ShowsLess { page, lacks });
-        }
-    }
     make_folder(folder)?;
     // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
-    integrity::begin(folder);
     let pictures = folder.join(FIGURES);
-    write_figures(&there, integrity::figure_files(&page), &pictures)?;
+    let earlier = integrity::read_page(&page).ok().and_then(|page| Basis::from_page(&page));
+    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
+        write_whole(&pictures.join(&name), bytes, &pictures)?;
+    }
+    for name in earlier.unwrap_or_default().files.keys() {
+        if !basis.files.contains_key(name) {
+            remove(&pictures.join(name))?;
+        }
+    }
     let text = page::html(subject, &data, &there, &missing, &basis, folder);
     let text = integrity::sealed(text);
     write_whole(&page, text.as_bytes(), folder)?;
-    integrity::end(folder);
     Ok(Report {
         page,
         figures: pictures,
         drawn: there.into_iter().map(|figure| figure.title).collect(),
-        missing: missing.into_iter().map(NotDrawn::from).collect(),
+        missing: missing.into_iter().map(|figure| figure.told).collect(),
         size: text.len(),
     })
 }
@@ -286,39 +269,38 @@ pub fn write(
 /// Draws a figure, or returns `None` if the study has no stage of the special kind that the figure
 /// shows.
 fn draw(
-    figure: &Planned,
-    stem: &str,
+    planned: &Planned,
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
-    let (name, title, mut group) = (stem.to_owned(), figure.title(), figure.group());
-    Ok(Some(match figure.draw(data)? {
-        Drawn::Figure { figure: mut drawing, mut caption, sliders } => {
-            if group == Group::Paper {
-                if let Some(note) = data.loads.on_axes(&mut drawing) {
-                    caption = format!("{} {note}", caption.trim_end());
-                }
-                if drawing.is_of_maps() {
-                    group = Group::Maps;
-                } else if let Err(axis) = drawing.keep_courses() {
-                    let lines = match figures::missing(data, figure.name()) {
-                        Drawn::Missing { lines, .. } => lines,
-                        _ => None,
-                    };
-                    let needs = format!("two or more places along the axis `{axis}`").into();
-                    return Ok(Some(Err(MissingFigure { name, title, group, needs, lines })));
-                }
-            }
-            let alone = svg::alone(&drawing.to_svg(&name));
-            let files = svg::to_png(&alone, pixels(&drawing))
-                .and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
-            let (png, pdf) =
-                files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
-            let drawing = drawing.for_page(&name);
-            Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })
+    let (name, title, mut group) = (planned.name.clone(), planned.title.clone(), planned.group);
+    let (mut drawing, mut caption, sliders) = match planned.draw(data)? {
+        Drawn::Figure { figure, caption, sliders } => (figure, caption, sliders),
+        Drawn::Missing { needs, lines } => {
+            return Ok(Some(Err(MissingFigure::new(planned, needs.into_owned(), lines))));
         }
-        Drawn::Missing { needs, lines } => Err(MissingFigure { name, title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),
-    }))
+    };
+    if group == Group::Paper {
+        if let Some(note) = data.loads.on_axes(&mut drawing) {
+            caption = format!("{} {note}", caption.trim_end());
+        }
+        if drawing.is_of_maps() {
+            group = Group::Maps;
+        } else if let Err(axis) = drawing.keep_courses() {
+            let lines = match figures::missing(data, &name) {
+                Drawn::Missing { lines, .. } => lines,
+                _ => None,
+            };
+            let needs = format!("two or more places along the axis `{axis}`");
+            return Ok(Some(Err(MissingFigure::new(planned, needs, lines))));
+        }
+    }
+    let alone = svg::alone(&drawing.to_svg(&name));
+    let files =
+        svg::to_png(&alone, pixels(&drawing)).and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
+    let (png, pdf) = files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
+    let drawing = drawing.for_page(&name);
+    Ok(Some(Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })))
 }
 
 /// Returns the number of pixels of a PNG file per pixel of the figure: 300 to the inch if the
@@ -330,21 +312,6 @@ fn pixels(figure: &Figure) -> f32 {
         let finest: f64 = 300.0 / 96.0;
         finest.min(MOST / width.max(height)) as f32
     })
-}
-
-/// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those
-/// of an earlier report, that the report no longer has.
-fn write_figures(
-    there: &[DrawnFigure],
-    earlier: BTreeSet<String>,
-    folder: &Path,
-) -> Result<(), ReportError> {
-    let mut gone = earlier;
-    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
-        write_whole(&folder.join(&name), bytes, folder)?;
-        gone.remove(&name);
-    }
-    gone.iter().try_for_each(|name| remove(&folder.join(name)))
 }
 
 fn remove(path: &Path) -> Result<(), ReportError> {

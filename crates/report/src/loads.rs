@@ -7,7 +7,7 @@ use crate::charts::axis::Axis;
 use crate::charts::{Figure, Panel};
 use crate::finished::FinishedStages;
 use crate::points;
-use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
+use crate::units::{Scaled, Unit, Units, digits};
 use asperity_stages::Kind;
 use asperity_stages::columns::{
     EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_DENSITY, PRESSURE_UNIT,
@@ -26,7 +26,7 @@ pub enum Loads {
     Reduced,
     Pressures {
         /// Unit of the pressures in tables.
-        unit: PressureUnit,
+        unit: Unit,
         /// Smallest and largest mean pressure under the reduced load 1, E* h′, in the unit of the
         /// tables.
         scales: [f64; 2],
@@ -46,7 +46,7 @@ impl Loads {
                 // The loads of prescribed lengths are results. They are pressures if the manifest
                 // gives a modulus with a unit.
                 column if prescribed_length(column).is_some() => {
-                    unit_of_pressures(table, units)? != PressureUnit::Unknown
+                    unit_of_pressures(table, units)?.name().is_some()
                 }
                 _ => false,
             };
@@ -67,7 +67,7 @@ impl Loads {
                 scales = [scales[0].min(scale), scales[1].max(scale)];
             }
         }
-        Ok(Loads::Pressures { unit: PressureUnit::common(pressure_units), scales })
+        Ok(Loads::Pressures { unit: Unit::common(pressure_units), scales })
     }
 
     /// Returns E* h′ if it is the same for all rows.
@@ -174,19 +174,19 @@ impl ReducedAxis<'_> {
 }
 
 /// Returns the unit of the pressures in a table.
-pub fn unit_of_pressures(table: &Table, units: &Units) -> Result<PressureUnit, TableError> {
+pub fn unit_of_pressures(table: &Table, units: &Units) -> Result<Unit, TableError> {
     if table.has(PRESSURE_UNIT.name) {
         let written = table.texts(PRESSURE_UNIT.name)?;
-        return Ok(PressureUnit::common(written.iter().flatten().map(PressureUnit::named)));
+        return Ok(Unit::common(written.iter().flatten().map(Unit::of_pressures)));
     }
     if table.rows() == 0 || !table.has(EFFECTIVE_MODULUS.name) {
-        return Ok(PressureUnit::Unknown);
+        return Ok(Unit::NO_PRESSURE);
     }
     let moduli = table.reals(EFFECTIVE_MODULUS.name)?.iter().flatten();
     let least = moduli.fold(f64::INFINITY, f64::min);
     let ends = [0, table.rows() - 1].map(|row| points::at_row(table, row));
-    let lengths = LengthUnit::common(ends.iter().map(|point| units.at(point)));
-    Ok(PressureUnit::assumed(least, &lengths))
+    let lengths = Unit::of_lengths(ends.iter().map(|point| units.at(point)));
+    Ok(Unit::assumed(least, &lengths))
 }
 
 #[cfg(test)]
@@ -195,17 +195,17 @@ mod tests {
     use crate::charts::chart::{Chart, Series};
     use crate::charts::style::{self, Colour, Style};
 
-    const PASCALS: Loads = Loads::Pressures { unit: PressureUnit::Pascal, scales: [2e9; 2] };
+    const PASCALS: Loads = Loads::Pressures { unit: Unit::Si("Pa"), scales: [2e9; 2] };
 
     #[test]
     fn loads_are_written_in_the_unit_of_the_manifest() {
         assert_eq!(Loads::Reduced.text(0.0123456, 5.5e9), "0.0123");
         assert_eq!(PASCALS.text(0.0123456, 5.5e9), "5.5 GPa");
         assert_eq!(PASCALS.text_of_reduced(0.01), "20 MPa");
-        let mixed = Loads::Pressures { unit: PressureUnit::named("MPa"), scales: [1e3, 2e3] };
+        let mixed = Loads::Pressures { unit: Unit::of_pressures("MPa"), scales: [1e3, 2e3] };
         assert_eq!(mixed.text(0.01, 2000.0), "2000 MPa");
         assert_eq!(mixed.text_of_reduced(0.01), "0.01 E* h′");
-        let unknown = Loads::Pressures { unit: PressureUnit::Unknown, scales: [2.0; 2] };
+        let unknown = Loads::Pressures { unit: Unit::NO_PRESSURE, scales: [2.0; 2] };
         assert_eq!(unknown.text(0.01, 0.02), "0.02");
     }
 
@@ -228,14 +228,14 @@ mod tests {
         let mut chart = Chart::new(Axis::linear(x), Axis::linear(y));
         chart.series.push(Series::new([(0.01, 2e3)], markers));
         let mut densities = Figure::from_chart(chart);
-        let unit = PressureUnit::named("MPa");
+        let unit = Unit::of_pressures("MPa");
         Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut densities);
         let Panel::Chart(chart) = &densities.rows[0][0] else { panic!("a chart") };
         assert_eq!([&*chart.x.label, &*chart.y.label], ["pressure p, in MPa", "density, in 1/MPa"]);
         assert!((chart.series[0].points[0].x - 2e3).abs() < 1e-9);
         assert!((chart.series[0].points[0].y - 0.01).abs() < 1e-12);
         let mut named = figure.clone();
-        let unit = PressureUnit::named("MPa");
+        let unit = Unit::of_pressures("MPa");
         Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut named);
         let Panel::Chart(chart) = &named.rows[0][0] else { panic!("a chart") };
         assert_eq!(chart.x.label, "mean pressure p₀, in MPa");
@@ -243,7 +243,7 @@ mod tests {
         let mut same = figure.clone();
         assert_eq!(Loads::Reduced.on_axes(&mut same), None);
         assert_eq!(same, figure);
-        let unit = PressureUnit::named("MPa");
+        let unit = Unit::of_pressures("MPa");
         let note = Loads::Pressures { unit, scales: [1e3, 1.5e3] }.on_axes(&mut same);
         assert!(note.is_some_and(|note| note.contains("E* h′, which is 1000 MPa to 1500 MPa")));
         assert_eq!(same, figure);

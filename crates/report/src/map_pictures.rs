@@ -7,7 +7,7 @@ use crate::charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
 use crate::charts::raster::{CONTACT, GAP, PULLED, PUSHED, Pixel, Raster, Scale};
 use crate::charts::svg::{self, PixelsError};
 use crate::charts::{Figure, Panel, panel_of_map, pdf};
-use crate::units::{LengthUnit, PressureUnit, Scaled, digits, scale_bar};
+use crate::units::{Scaled, Unit, digits, scale_bar};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::map::ContactMap;
 
@@ -89,13 +89,14 @@ impl NodeValues<'_> {
             Quantity::Height | Quantity::Pressure | Quantity::Gap | Quantity::Displacement => {}
         }
         let (lowest, highest) = scale.range().into_inner();
-        let Shown { factor, label } = self.shown(lowest.abs().max(highest.abs()));
+        let (factor, label) = self.shown(lowest.abs().max(highest.abs()));
         let ticks = ticks([factor * lowest, factor * highest]);
         Some(ColourBar { colours: scale.bar(), numbers: BarNumbers::Axis { ticks, label } })
     }
 
-    /// Returns the unit in which values up to `largest` are shown, with the label of the quantity.
-    fn shown(&self, largest: f64) -> Shown {
+    /// Returns the factor that converts values up to `largest` to the unit in which they are shown,
+    /// and the name, symbol and unit of the quantity.
+    fn shown(&self, largest: f64) -> (f64, String) {
         let name = match self.quantity {
             Quantity::Height => "height h",
             Quantity::Contact
@@ -105,20 +106,19 @@ impl NodeValues<'_> {
             Quantity::Gap => "gap g",
             Quantity::Displacement => "displacement u",
         };
-        let in_unit = |factor: f64, unit: &str| Shown { factor, label: format!("{name} ({unit})") };
+        let in_unit = |factor: f64, unit: &str| (factor, format!("{name} ({unit})"));
         if self.quantity == Quantity::Pressure {
             return match self.unit {
                 Some(unit) => {
-                    let Scaled { factor, unit } = PressureUnit::named(unit).scaled(largest);
+                    let Scaled { factor, unit } = Unit::of_pressures(unit).scaled(largest);
                     in_unit(factor, &unit)
                 }
-                None => Shown { factor: 1.0 / self.effective_modulus, label: format!("{name}/E*") },
+                None => (1.0 / self.effective_modulus, format!("{name}/E*")),
             };
         }
-        let lengths = LengthUnit::common([self.unit]);
-        if lengths == LengthUnit::Unknown {
-            let factor = 1.0 / self.grid.cell().longer_side();
-            return Shown { factor, label: format!("{name}/L") };
+        let lengths = Unit::of_lengths([self.unit]);
+        if lengths.name().is_none() {
+            return (1.0 / self.grid.cell().longer_side(), format!("{name}/L"));
         }
         let to_common = lengths.factor(self.unit);
         let Scaled { factor, unit } = lengths.scaled(to_common * largest);
@@ -139,14 +139,6 @@ pub fn adhesive_contact_bar() -> ColourBar {
     let ticks = words.map(|(index, word)| ((index as f64 + 0.5) / 3.0, word.to_owned()));
     let numbers = BarNumbers::Axis { ticks: ticks.collect(), label: "state of a node".to_owned() };
     ColourBar { colours, numbers }
-}
-
-/// Unit in which values are shown.
-struct Shown {
-    /// Factor that converts values to the unit.
-    factor: f64,
-    /// Name, symbol and unit of the quantity.
-    label: String,
 }
 
 /// Returns the contacts of a surface at ascending loads in one map, with the numbers of the loads

@@ -1,6 +1,5 @@
 //! The page in one self-contained file: summary, figures, tables, missing figures and provenance.
 
-mod stages_picture;
 mod summary;
 
 use std::path::Path;
@@ -8,20 +7,18 @@ use std::path::Path;
 use arrow::datatypes::Field;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::value::Serde;
-use minijinja::{Environment, Value};
+use minijinja::{Environment, Value, context};
 use serde::Serialize;
 
-use crate::Subject;
 use crate::charts::svg::escaped;
 use crate::charts::text::with_html_subscripts;
 use crate::charts::{self, style};
 use crate::figure_data::FigureData;
-use crate::figures::{DrawnFigure, Group, MissingFigure};
+use crate::figures::{DrawnFigure, Group};
 use crate::finished::FinishedStage;
 use crate::integrity::Basis;
-use crate::page::stages_picture::StageBox;
-use crate::page::summary::Summary;
-use crate::styles::Styles;
+use crate::page::summary::summary;
+use crate::{MissingFigure, Subject};
 use asperity_pipeline::forecast;
 use asperity_stages::Recipe;
 use asperity_stages::units::TableUnits;
@@ -40,72 +37,12 @@ const TEMPLATE: &str = concat!(
 pub const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = include_str!("page/script.js");
 
+/// Note on the figures of the paper.
+const NOTATION: &str = "p₀ is the mean pressure, h′ the rms slope, E* the effective modulus. \
+                        Dimensionless results for elastic contact depend only on the load y = \
+                        p₀/(E* h′).";
 /// Largest number of rows of a table on the page.
 const ROWS: usize = 100;
-
-/// Values that the template inserts.
-#[derive(Serialize)]
-struct Contents<'a> {
-    study: &'a str,
-    description: Option<String>,
-    version: &'static str,
-    machine: String,
-    summary: Summary,
-    warnings: Vec<String>,
-    sections: Vec<Section<'a>>,
-    stages: Vec<StageOrigin<'a>>,
-    picture: String,
-    manifest: &'a str,
-    missing: &'a [MissingFigure],
-    /// True if the study has contacts with adhesion, which figures of the paper leave out.
-    has_adhesion: bool,
-    tables: Vec<ShownTable<'a>>,
-    basis: String,
-    style: &'static str,
-    script: &'static str,
-    light: String,
-    dark: String,
-    font: String,
-}
-
-/// Figures under a common heading.
-#[derive(Serialize)]
-struct Section<'a> {
-    id: &'static str,
-    title: &'static str,
-    note: Option<String>,
-    figures: Vec<&'a DrawnFigure>,
-}
-
-/// Row of the provenance table: a stage, with the numbers of tasks.
-#[derive(Serialize)]
-struct StageOrigin<'a> {
-    name: &'a str,
-    kind: &'static str,
-    version: u32,
-    finished: usize,
-    planned: usize,
-    digest: &'a str,
-}
-
-#[derive(Serialize)]
-struct ShownTable<'a> {
-    stage: &'a str,
-    kind: &'static str,
-    rows: usize,
-    shown: usize,
-    file: Option<ShownFile>,
-    columns: Vec<ShownColumn>,
-    cells: Vec<Vec<String>>,
-}
-
-#[derive(Serialize)]
-struct ShownFile {
-    name: String,
-    path: String,
-    /// Path relative to the page.
-    link: String,
-}
 
 #[derive(Debug, Clone, Serialize)]
 struct ShownColumn {
@@ -142,37 +79,46 @@ pub fn html(
     folder: &Path,
 ) -> String {
     let plan = subject.plan;
-    let stages = plan.stages.iter().zip(subject.rows).map(|(stage, rows)| StageOrigin {
-        name: &stage.name,
-        kind: stage.kind.name(),
-        version: stage.kind.version(),
-        finished: rows.tasks.len(),
-        planned: stage.tasks.len(),
-        digest: if rows.table.is_some() { &rows.digest } else { "–" },
+    let all = &subject.study.stages;
+    let planned = plan.stages.iter().zip(subject.rows);
+    let stages = all.iter().zip(planned).map(|(stage, (planned, rows))| {
+        let inputs = stage.inputs.iter().map(|&input| all[input].name.clone());
+        context! {
+            name => stage.name.as_str(),
+            kind => planned.kind.name(),
+            version => planned.kind.version(),
+            inputs => inputs.collect::<Vec<_>>(),
+            finished => rows.tasks.len(),
+            planned => planned.tasks.len(),
+            rows => rows.table.as_ref().map_or(0, |table| table.rows()),
+            digest => if rows.table.is_some() { &rows.digest } else { "–" },
+        }
     });
+    let tables = data.finished.stages.iter().map(|stage| shown(stage, subject, folder));
+    let warnings = subject.warnings.iter().map(ToString::to_string);
     let [light, dark] = style::declarations();
-    let contents = Contents {
-        study: &plan.study,
-        description: subject.study.manifest.description.clone(),
-        version: env!("CARGO_PKG_VERSION"),
-        machine: machine(),
-        summary: Summary::new(subject, data),
-        warnings: subject.warnings.iter().map(ToString::to_string).collect(),
-        sections: sections(figures, &data.styles),
-        stages: stages.collect(),
-        picture: picture(subject),
-        manifest: subject.manifest,
-        missing,
-        has_adhesion: plan.tasks.iter().any(|task| matches!(task.recipe, Recipe::Adhesion(_))),
-        tables: data.finished.stages.iter().map(|stage| shown(stage, subject, folder)).collect(),
-        basis: basis.json(),
-        style: STYLE,
-        script: SCRIPT,
+    let contents = context! {
+        study => plan.study.as_str(),
+        description => subject.study.manifest.description.clone(),
+        version => env!("CARGO_PKG_VERSION"),
+        machine => machine(),
+        summary => summary(subject, data),
+        warnings => warnings.collect::<Vec<_>>(),
+        sections => sections(figures),
+        stages => stages.collect::<Vec<_>>(),
+        manifest => subject.study.manifest.text.as_str(),
+        missing => Serde(missing),
+        // Figures of the paper leave out contacts with adhesion.
+        has_adhesion => plan.tasks.iter().any(|task| matches!(task.recipe, Recipe::Adhesion(_))),
+        tables => tables.collect::<Vec<_>>(),
+        basis => basis.json(),
+        style => STYLE,
+        script => SCRIPT,
         light,
         dark,
-        font: BASE64_STANDARD.encode(charts::FONT),
+        font => BASE64_STANDARD.encode(charts::FONT),
     };
-    let page = environment().render_named_str("page.html", TEMPLATE, Serde(&contents));
+    let page = environment().render_named_str("page.html", TEMPLATE, contents);
     page.expect("the template only uses these contents")
 }
 
@@ -202,43 +148,22 @@ fn with_code(text: &str) -> String {
 }
 
 /// Sorts the figures into sections, in the order of the page.
-fn sections<'f>(figures: &'f [DrawnFigure], styles: &Styles) -> Vec<Section<'f>> {
-    let notation = "p₀ is the mean pressure, h′ the rms slope, E* the effective modulus. \
-                    Dimensionless results for elastic contact depend only on the load y = p₀/(E* \
-                    h′).";
-    let notation = match styles.meaning() {
-        Some(meaning) => format!("{notation} {meaning}"),
-        None => notation.to_owned(),
-    };
+fn sections(figures: &[DrawnFigure]) -> Vec<Value> {
     let all = [
         (Group::Declared, "declared", "Figures of the manifest", None),
         (Group::Automatic, "results", "Results against the varied parameters", None),
-        (Group::Paper, "paper", "Comparison with theories", Some(notation)),
+        (Group::Paper, "paper", "Comparison with theories", Some(NOTATION)),
         (Group::Maps, "maps", "Maps", None),
     ];
-    let sections = all.into_iter().map(|(group, id, title, note)| Section {
-        id,
-        title,
-        note,
-        figures: figures.iter().filter(|figure| figure.group == group).collect(),
+    let sections = all.into_iter().filter_map(|(group, id, title, note)| {
+        let own: Vec<_> = figures.iter().filter(|figure| figure.group == group).collect();
+        (!own.is_empty()).then(|| context! { id, title, note, figures => Serde(own) })
     });
-    sections.filter(|section| !section.figures.is_empty()).collect()
+    sections.collect()
 }
 
-fn picture(subject: &Subject) -> String {
-    let planned = subject.plan.stages.iter().zip(subject.rows);
-    let boxes = subject.study.stages.iter().zip(planned).map(|(stage, (planned, rows))| StageBox {
-        name: &stage.name,
-        kind: planned.kind.name(),
-        inputs: &stage.inputs,
-        finished: rows.tasks.len(),
-        planned: planned.tasks.len(),
-        rows: rows.table.as_ref().map_or(0, |table| table.rows()),
-    });
-    stages_picture::svg(&boxes.collect::<Vec<_>>())
-}
-
-fn shown<'a>(stage: &'a FinishedStage, subject: &Subject, folder: &Path) -> ShownTable<'a> {
+/// Returns a table as the page shows it.
+fn shown(stage: &FinishedStage, subject: &Subject, folder: &Path) -> Value {
     let FinishedStage { name, kind, units, path, .. } = stage;
     // The rows as they are published, not in the units that figures share.
     let published = subject.rows.iter().find(|rows| rows.stage == *name);
@@ -250,18 +175,22 @@ fn shown<'a>(stage: &'a FinishedStage, subject: &Subject, folder: &Path) -> Show
     let by_column: Vec<Vec<String>> =
         table.batch().columns().iter().map(|column| cells(column.as_ref(), shown)).collect();
     let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();
-    ShownTable {
-        stage: name,
-        kind: kind.name(),
-        rows: table.rows(),
+    let file = path.as_ref().map(|path| {
+        context! {
+            name => format!("{name}.parquet"),
+            path => path.display().to_string(),
+            // Relative to the page.
+            link => from_folder(path, folder).display().to_string(),
+        }
+    });
+    context! {
+        stage => name.as_str(),
+        kind => kind.name(),
+        rows => table.rows(),
         shown,
-        file: path.as_ref().map(|path| ShownFile {
-            name: format!("{name}.parquet"),
-            path: path.display().to_string(),
-            link: from_folder(path, folder).display().to_string(),
-        }),
-        columns: columns.collect(),
-        cells: (0..shown).map(row).collect(),
+        file,
+        columns => Serde(columns.collect::<Vec<_>>()),
+        cells => (0..shown).map(row).collect::<Vec<Vec<String>>>(),
     }
 }
 

@@ -15,7 +15,6 @@ use crate::units::Units;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::height_distribution::Histogram;
-use asperity_mechanics::topography::preparation::Preparation;
 use asperity_mechanics::topography::random::RandomSurface;
 use asperity_mechanics::topography::surface::{Axis, Scan, Surface};
 use asperity_mechanics::topography::{differences, power_spectrum};
@@ -59,11 +58,7 @@ impl Sample<'_> {
     pub fn file(&self) -> Option<&MeasuredSurface> {
         match &self.params.origin {
             Origin::File(file) => Some(file),
-            Origin::Random { .. }
-            | Origin::Spectrum { .. }
-            | Origin::Shape { .. }
-            | Origin::Pair(_)
-            | Origin::Yielded(_) => None,
+            _ => None,
         }
     }
 
@@ -106,20 +101,10 @@ impl Sample<'_> {
                 let heights = self.params.origin.height_distribution(finished.sources, threads)?;
                 Ok(surface.draw_on(threads, shown, heights.as_ref()))
             }
-            Origin::Spectrum { .. } | Origin::Yielded(_)
-                if self.params.heights == Heights::Keep =>
-            {
-                let store = finished.archive.store();
-                let table = store
-                    .read(&finished.plan.tasks[self.task].table, Columns::All)
-                    .map_err(StageError::Store)?;
-                self.params.surface(&table, finished.sources, &Threads::one())
-            }
-            Origin::Spectrum { .. }
-            | Origin::File(_)
-            | Origin::Shape { .. }
-            | Origin::Pair(_)
-            | Origin::Yielded(_) => self.params.draw(finished.sources, &Threads::one()),
+            _ => match self.kept(finished)? {
+                Some(surface) => Ok(surface),
+                None => self.params.draw(finished.sources, &Threads::one()),
+            },
         }
     }
 }
@@ -148,17 +133,18 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
             first.push((task, params));
         }
     }
-    let shown = first.len().min(MOST);
-    let spread = |index: usize| match shown {
-        0 | 1 => 0,
-        _ => index * (first.len() - 1) / (shown - 1),
-    };
-    let samples = (0..shown).map(|index| {
-        let (task, params) = first[spread(index)];
+    let samples = spread(first.len(), MOST).map(|index| {
+        let (task, params) = first[index];
         let table = finished.shown(archive.light(&plan.tasks[task].table)?, Kind::Generate);
         Ok(Sample { task, params, point: points::at_row(&table, 0) })
     });
     samples.collect()
+}
+
+/// Returns at most `most` of `count` indices, evenly spread, with the first and the last.
+pub fn spread(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let shown = count.min(most);
+    (0..shown).map(move |index| index * (count - 1) / (shown - 1).max(1))
 }
 
 /// Requirement of figures of measured surfaces whose file is lost.
@@ -182,7 +168,7 @@ pub struct MeasuredMap {
     /// Map as measured. It is `None` if it is identical to the map for which the contact is solved,
     /// or if the file is lost and only that map was stored.
     pub as_measured: Option<AsMeasured>,
-    pub pressed: ShownMap,
+    pub pressed: HeightMap,
     /// Distribution of heights relative to their mean, in units of the rms height.
     pub histogram: Histogram,
     /// Power spectral density C(q) over rings of wavenumbers, weighted by the number of modes.
@@ -193,54 +179,37 @@ pub struct MeasuredMap {
 
 /// A measured map that is cropped, repaired and levelled, before missing points are filled and
 /// wavelengths are filtered out.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct AsMeasured {
-    pub map: ShownMap,
+    pub map: HeightMap,
     /// Fraction of nodes without a measurement.
     pub missing: f64,
-    /// Identity of the map. Surfaces that differ only in later steps of the preparation share it.
-    identity: String,
 }
 
-#[derive(Debug)]
-pub struct ShownMap {
-    pub heights: HeightMap,
-    pub size: [f64; 2],
-}
-
-/// Measured surfaces that a page shows.
-#[derive(Debug)]
-pub enum MeasuredMaps {
-    There(Vec<MeasuredMap>),
-    /// A file is missing or has changed, and the store has no heights.
-    Gone,
-}
-
-impl MeasuredMaps {
-    pub fn read(finished: &FinishedStages, units: &Units) -> Result<MeasuredMaps, ReportError> {
-        let mut samples = first_surfaces(finished)?;
-        samples.retain(|sample| sample.file().is_some());
-        let pixels = PIXELS[usize::from(samples.len() > FEW)];
-        let mut maps: Vec<MeasuredMap> = Vec::new();
-        for sample in &samples {
-            let Some(file) = sample.file() else { continue };
-            match MeasuredMap::read(sample, file, finished, units, pixels) {
-                Ok(map) => maps.push(map),
-                Err(StageError::Source(_)) => return Ok(MeasuredMaps::Gone),
-                Err(error) => return Err(ReportError::Surface(error)),
-            }
+/// Returns the measured surfaces that a page shows, or `None` if a file is missing or has changed
+/// and the store has no heights.
+pub fn measured_maps(
+    finished: &FinishedStages,
+    units: &Units,
+) -> Result<Option<Vec<MeasuredMap>>, ReportError> {
+    let mut samples = first_surfaces(finished)?;
+    samples.retain(|sample| sample.file().is_some());
+    let pixels = PIXELS[usize::from(samples.len() > FEW)];
+    let mut maps: Vec<MeasuredMap> = Vec::new();
+    for sample in &samples {
+        let Some(file) = sample.file() else { continue };
+        let mut map = match MeasuredMap::read(sample, file, finished, units, pixels) {
+            Ok(map) => map,
+            Err(StageError::Source(_)) => return Ok(None),
+            Err(error) => return Err(ReportError::Surface(error)),
+        };
+        // Surfaces that differ only in later steps of the preparation share the measured map.
+        if maps.iter().any(|known| known.as_measured == map.as_measured) {
+            map.as_measured = None;
         }
-        drop_repeated(&mut maps);
-        Ok(MeasuredMaps::There(maps))
+        maps.push(map);
     }
-
-    /// Returns the maps, or an empty slice if a file is missing.
-    pub fn there(&self) -> &[MeasuredMap] {
-        match self {
-            MeasuredMaps::There(maps) => maps,
-            MeasuredMaps::Gone => &[],
-        }
-    }
+    Ok(Some(maps))
 }
 
 impl MeasuredMap {
@@ -276,8 +245,11 @@ impl MeasuredMap {
         Ok(MeasuredMap {
             point: sample.point.clone(),
             unit: units.at(&sample.point).map(str::to_owned),
-            as_measured: as_measured.map(|scan| AsMeasured::new(&scan, file, (pixels, factor))),
-            pressed: ShownMap::new(&surface.clone().into(), (pixels, 1.0)),
+            as_measured: as_measured.map(|scan| AsMeasured {
+                map: shown(&scan, pixels, factor),
+                missing: scan.missing() as f64 / scan.grid().count() as f64,
+            }),
+            pressed: shown(&surface.clone().into(), pixels, 1.0),
             histogram: Histogram::from_surface(&surface, bins(surface.grid().count()), RANGE),
             spectrum: rings
                 .map(|ring| CurvePoint {
@@ -291,32 +263,12 @@ impl MeasuredMap {
     }
 }
 
-impl AsMeasured {
-    fn new(scan: &Scan, file: &MeasuredSurface, (pixels, factor): (usize, f64)) -> AsMeasured {
-        let MeasuredSurface { content, choice, preparation, .. } = file;
-        let Preparation { crop, spikes, islands, align, level, level_through, .. } = preparation;
-        AsMeasured {
-            map: ShownMap::new(scan, (pixels, factor)),
-            missing: scan.missing() as f64 / scan.grid().count() as f64,
-            identity: format!(
-                "{content:?} {choice:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
-                 {level_through:?}",
-                file.height_scale,
-            ),
-        }
-    }
-}
-
-impl ShownMap {
-    /// Creates a map of at most `pixels` pixels, with lengths that are multiplied by `factor`.
-    fn new(scan: &Scan, (pixels, factor): (usize, f64)) -> ShownMap {
-        let grid = scan.grid();
-        let heights: Vec<f64> = scan.heights().iter().map(|height| factor * height).collect();
-        ShownMap {
-            heights: HeightMap::new(grid.nodes(), &heights, pixels),
-            size: grid.cell().size().map(|side| factor * side),
-        }
-    }
+/// Returns a map of at most `pixels` pixels, with lengths that are multiplied by `factor`.
+fn shown(scan: &Scan, pixels: usize, factor: f64) -> HeightMap {
+    let grid = scan.grid();
+    let heights: Vec<f64> = scan.heights().iter().map(|height| factor * height).collect();
+    let size = grid.cell().size().map(|side| factor * side);
+    HeightMap::new(grid.nodes(), size, &heights, pixels)
 }
 
 /// Returns a surface whose lengths are multiplied by a factor.
@@ -336,18 +288,6 @@ fn is_other(scan: &Scan, surface: &Surface) -> bool {
     scan.heights() != surface.heights()
 }
 
-/// Sets `as_measured` to `None` for all but the first of the maps with the same measured map.
-fn drop_repeated(maps: &mut [MeasuredMap]) {
-    let mut shown: Vec<String> = Vec::new();
-    for map in maps {
-        let identity = map.as_measured.as_ref().map(|map| map.identity.clone());
-        match identity {
-            Some(identity) if shown.contains(&identity) => map.as_measured = None,
-            identity => shown.extend(identity),
-        }
-    }
-}
-
 /// Returns the number of intervals of the distribution for the heights of `nodes` nodes. Their
 /// width, 3.49 rms heights divided by the cube root of `nodes`, minimises the error of the density
 /// of a Gaussian (Scott 1979, doi:10.1093/biomet/66.3.605).
@@ -365,4 +305,20 @@ fn slopes(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<CurvePoint> 
         weight: 1.0,
     });
     slopes.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_and_the_last_are_shown_and_each_at_most_once() {
+        for count in [1, 2, 8, 9, 10, 90] {
+            let steps: Vec<usize> = spread(count, MOST).collect();
+            assert_eq!(steps.len(), count.min(MOST));
+            assert_eq!([steps[0], *steps.last().unwrap()], [0, count - 1]);
+            assert!(steps.is_sorted_by(|one, next| one < next), "{steps:?}");
+        }
+        assert_eq!(spread(0, MOST).count(), 0);
+    }
 }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::charts::style::{self, Colour, GRADIENT_STEPS, SERIES_COLOURS, Style};
 use crate::points::{FORM, Point, number, rank, text};
 use crate::symbols::{Files, symbol};
-use crate::units::{LengthUnit, Scaled, digits};
+use crate::units::Unit;
 use asperity_stages::columns::{
     CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
     RMS_SLOPE,
@@ -34,7 +34,7 @@ pub struct Styles {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Lengths {
     pub columns: BTreeSet<String>,
-    pub shared: LengthUnit,
+    pub shared: Unit,
     /// Unit of the values of the points.
     pub own: Option<String>,
 }
@@ -42,13 +42,12 @@ pub struct Lengths {
 impl Lengths {
     /// Returns the value of a parameter as a person writes it.
     fn told(&self, name: &str, value: &Value) -> String {
-        let is_known = self.columns.contains(name) && self.shared != LengthUnit::Unknown;
-        let Some(number) = number(value).filter(|_| is_known) else {
-            return value.to_string();
-        };
-        let length = self.shared.factor(self.own.as_deref()) * number;
-        let Scaled { factor, unit } = self.shared.scaled(length.abs());
-        format!("{} {unit}", digits(factor * length, 4))
+        match number(value) {
+            Some(number) if self.columns.contains(name) && self.shared.name().is_some() => {
+                self.shared.text(self.shared.factor(self.own.as_deref()) * number, 4)
+            }
+            _ => value.to_string(),
+        }
     }
 }
 
@@ -118,26 +117,6 @@ impl Styles {
             styles.combinations = all.into_iter().collect();
         }
         styles
-    }
-
-    /// Returns the sentence on the meaning of colours and markers, or `None` if no parameter
-    /// varies.
-    pub fn meaning(&self) -> Option<String> {
-        let name = |at: usize| &self.varying[at].0;
-        match (self.colour, self.marker) {
-            _ if !self.combinations.is_empty() => {
-                Some("Every parameter point has its own colour and marker.".to_owned())
-            }
-            (Some(colour), Some(marker)) => Some(format!(
-                "Colours stand for `{}` and markers for `{}`.",
-                name(colour),
-                name(marker)
-            )),
-            (Some(only), None) | (None, Some(only)) => {
-                Some(format!("Colours or markers stand for `{}`.", name(only)))
-            }
-            (None, None) => None,
-        }
     }
 
     /// Sets the unit of the parameters that are lengths.

@@ -1,114 +1,36 @@
 //! Labels of axes and legends: names and symbols of the columns of tables, with their units.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
 
-use asperity_stages::columns::*;
+use asperity_stages::columns::{CONTENT, LOAD, SPECTRUM_OF, TANGENTIAL_LOAD, UNIT};
 use asperity_stages::ensemble::grouped;
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Description, Value};
 use asperity_tables::table::{Table, TableError};
 
-use crate::loads::{self, LOAD_LABEL};
+use crate::loads;
 use crate::points;
-use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits, prefixed};
+use crate::units::{Scaled, Unit, Units, prefixed};
 
 /// Names of the files of measured surfaces, by the hash of their content.
 pub type Files = BTreeMap<String, String>;
 
-pub const AREA_LABEL: &str = "contact area A/A₀";
-
-/// Columns with the labels of their axes and their symbols.
-const KNOWN: [(&str, &str, &str); 72] = [
-    (LOAD.name, LOAD_LABEL, "y"),
-    (PRESSURE.name, "mean pressure p₀", "p₀"),
-    (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
-    (AREA_CORRECTED.name, AREA_LABEL, "A/A₀"),
-    (ASPERITY_AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
-    (HURST.name, "Hurst exponent H", "H"),
-    (K_LOWER.name, "lower cutoff k_lower", "k_lower"),
-    (K_ROLLOFF.name, "roll-off k_rolloff", "k_rolloff"),
-    (K_UPPER.name, "upper cutoff k_upper", "k_upper"),
-    (RMS_SLOPE.name, "rms slope h′", "h′"),
-    ("rms_height", "rms height", "rms height"),
-    (FROM_RMS_SLOPE.name, "rms slope h′ of the original surface", "original h′"),
-    (FROM_RMS_HEIGHT.name, "rms height of the original surface", "original rms height"),
-    (YIELDED_LOAD.name, "largest load y at which the surface yielded", "y before"),
-    (YIELDED_PRESSURE.name, "largest mean pressure p₀ at which the surface yielded", "p₀ before"),
-    (YIELDED_HARDNESS.name, "hardness H of the yielded surface", "hardness"),
-    (YIELDED_HARDNESS_REDUCED.name, "hardness H/(E* h′) of the yielded surface", "hardness"),
-    (SHIFT_X.name, "shift along x, in sides", "shift along x"),
-    (SHIFT_Y.name, "shift along y, in sides", "shift along y"),
-    (NODES.name, "nodes per side N", "N"),
-    (SIDE.name, "side L", "L"),
-    (EFFECTIVE_MODULUS.name, "effective modulus E*", "E*"),
-    (MEAN_GAP.name, "mean gap ū", "ū"),
-    (CONTACT_FRACTION.name, "contact fraction", "contact fraction"),
-    (WORK_OF_ADHESION.name, "work of adhesion w", "w"),
-    (INTERACTION_RANGE.name, "range ρ", "ρ"),
-    ("mean_contact_pressure", "mean contact pressure", "mean contact pressure"),
-    ("secant", "secant A/(A₀ y)", "A/(A₀ y)"),
-    ("nayak", "Nayak's parameter α", "α"),
-    ("nayak_lattice", "Nayak's parameter α", "α"),
-    ("nayak_continuum", "Nayak's parameter α", "α"),
-    ("hardness_reduced", "hardness H/(E* h′)", "hardness"),
-    ("kappa", "κ", "κ"),
-    ("beta", "β", "β"),
-    ("mu", "μ", "μ"),
-    ("hurst_exponent", "fitted Hurst exponent H", "H"),
-    ("percolation_area", "area A/A₀ at percolation", "A/A₀"),
-    ("percolation_load", "load y at percolation", "y"),
-    ("full_contact_load", "load y of full contact", "y"),
-    (HARDNESS.name, "hardness H", "hardness"),
-    (MEAN_YIELDED_DEPTH.name, "yielded depth d", "d"),
-    (RESIDUAL_DEPTH.name, "residual depth d", "d"),
-    (PLASTIC_WORK.name, "plastic work w_p", "w_p"),
-    (MAXIMUM_LOAD.name, "largest load before", "largest load"),
-    (LAYER_THICKNESS.name, "layer thickness t", "t"),
-    (LAYER_POISSON_RATIO.name, "Poisson's ratio ν of the layer", "ν"),
-    (LAYER_MODULUS_RATIO.name, "shear modulus of the coating over that below", "modulus ratio"),
-    (SUBSTRATE_POISSON_RATIO.name, "Poisson's ratio ν below the coating", "ν below the coating"),
-    (UNIFORM_COMPRESSION.name, "uniform compression of the layer", "uniform compression"),
-    (APPROACH.name, "approach δ", "δ"),
-    (STIFFNESS.name, STIFFNESS_LABEL, "K"),
-    (FROZEN_STIFFNESS.name, STIFFNESS_LABEL, "K"),
-    (UNLOADING_STIFFNESS.name, STIFFNESS_LABEL, "K"),
-    (CONTACT_CONDUCTANCE.name, CONDUCTANCE_LABEL, "h_c"),
-    (GREENWOOD_CONDUCTANCE.name, CONDUCTANCE_LABEL, "h_c"),
-    (SPOTS.name, "number of contact spots n", "n"),
-    (MEAN_SPOT_RADIUS.name, "mean spot radius a", "a"),
-    (FORCE.name, "normal force F", "F"),
-    (PAIR_CONDUCTIVITY.name, "thermal conductivity k_s", "k_s"),
-    (THERMAL_CONDUCTANCE.name, "thermal conductance h_c", "h_c"),
-    (THERMAL_RESISTANCE.name, "thermal resistance R", "R"),
-    (PAIR_RESISTIVITY.name, "resistivity ρ_s", "ρ_s"),
-    (SPECIFIC_RESISTANCE.name, "specific contact resistance ρ_c", "ρ_c"),
-    (ELECTRICAL_RESISTANCE.name, RESISTANCE_LABEL, "R"),
-    (GREENWOOD_RESISTANCE.name, RESISTANCE_LABEL, "R"),
-    (HOLM_RESISTANCE.name, RESISTANCE_LABEL, "R"),
-    (FRICTION_COEFFICIENT.name, "friction coefficient f", "f"),
-    (TANGENTIAL_LOAD.name, "tangential load Q/(f N)", "Q/(f N)"),
-    (TANGENTIAL_TRACTION.name, "tangential traction Q/A₀", "Q/A₀"),
-    (TANGENTIAL_DISPLACEMENT.name, "tangential displacement u", "u"),
-    (TANGENTIAL_STIFFNESS.name, "tangential stiffness K_t", "K_t"),
-    (FRICTIONAL_DISSIPATION.name, "dissipated energy D", "D"),
-];
-
-/// Labels of columns that are compared in one panel.
-const STIFFNESS_LABEL: &str = "stiffness K";
-const CONDUCTANCE_LABEL: &str = "contact conductance h_c";
-const RESISTANCE_LABEL: &str = "contact resistance R";
+/// Labels of the axes of columns, and their symbols.
+static KNOWN: LazyLock<BTreeMap<String, [String; 2]>> = LazyLock::new(|| {
+    toml::from_str(include_str!("labels.toml")).expect("the file is part of the program")
+});
 
 /// Returns the label of an axis of a column, without its unit.
 pub fn name(column: &str) -> String {
     let column = &*column.replace("_absolute", "");
-    let known = |column: &str| KNOWN.iter().find(|(name, ..)| *name == column);
-    if let Some((_, label, _)) = known(column) {
-        return (*label).to_owned();
+    if let Some([label, _]) = KNOWN.get(column) {
+        return label.clone();
     }
     // A statistic of a column, such as `area_fraction_q05`.
     let starts = column.rmatch_indices('_').map(|(at, _)| (&column[..at], &column[at + 1..]));
     for (base, statistic) in starts {
-        if let Some((_, label, _)) = known(base) {
+        if let Some([label, _]) = KNOWN.get(base) {
             return format!("{label}, {}", statistic.replace('_', " "));
         }
     }
@@ -117,8 +39,7 @@ pub fn name(column: &str) -> String {
 
 /// Returns the symbol of a column for legends and titles of panels.
 pub fn symbol(column: &str) -> String {
-    let known = KNOWN.iter().find(|(name, ..)| *name == column);
-    known.map_or_else(|| column.to_owned(), |(.., symbol)| (*symbol).to_owned())
+    KNOWN.get(column).map_or(column, |[_, symbol]| symbol).to_owned()
 }
 
 /// Returns the unit of a column of a table; empty for pure numbers and texts.
@@ -128,36 +49,14 @@ pub fn unit(table: &Table, column: &str) -> String {
     if unit == "1" { String::new() } else { unit }
 }
 
-/// Unit of an axis, and the factor that converts numbers of the table to it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AxisUnit {
-    pub factor: f64,
-    unit: String,
-}
-
-impl AxisUnit {
-    /// Returns the label of an axis.
-    pub fn label(&self, name: &str) -> String {
-        if self.unit.is_empty() { name.to_owned() } else { format!("{name}, in {}", self.unit) }
-    }
-
-    /// Formats a number with this many digits and its unit. A unit without a name is not repeated
-    /// with every number.
-    pub fn text(&self, number: f64, number_of_digits: usize) -> String {
-        let unit = if self.unit.starts_with("the unit of") { "" } else { &self.unit };
-        let text = format!("{} {unit}", digits(self.factor * number, number_of_digits));
-        text.trim_end().to_owned()
-    }
-}
-
 /// Labels of the values of the columns of a table.
 pub struct Labels {
     /// Units of the columns by name.
     units: BTreeMap<String, String>,
-    lengths: LengthUnit,
+    lengths: Unit,
     /// Unit of length of the surfaces, if all have the same.
     length: Option<String>,
-    pressure: PressureUnit,
+    pressure: Unit,
 }
 
 impl Labels {
@@ -168,17 +67,17 @@ impl Labels {
         let points = of_length.map(|rows| points::at_row(table, rows[0]));
         let units: BTreeSet<Option<String>> =
             points.map(|point| known.at(&point).map(str::to_owned)).collect();
-        let mut lengths = LengthUnit::common(units.iter().map(Option::as_deref));
+        let mut lengths = Unit::of_lengths(units.iter().map(Option::as_deref));
         let mut length = units.first().cloned().flatten().filter(|_| units.len() == 1);
         // Rows of several stages are converted to the unit that they share.
-        if lengths == LengthUnit::Unknown || (units.len() > 1 && named.length.is_some()) {
+        if lengths.name().is_none() || (units.len() > 1 && named.length.is_some()) {
             length.clone_from(&named.length);
-            lengths = LengthUnit::common([length.as_deref()]);
+            lengths = Unit::of_lengths([length.as_deref()]);
         }
-        let pressure = match loads::unit_of_pressures(table, known)? {
-            PressureUnit::Unknown => PressureUnit::named(named.pressure.as_deref().unwrap_or("")),
-            known => known,
-        };
+        let mut pressure = loads::unit_of_pressures(table, known)?;
+        if pressure.name().is_none() {
+            pressure = Unit::of_pressures(named.pressure.as_deref().unwrap_or(""));
+        }
         let units = names.map(|name| (name.to_owned(), unit(table, name)));
         Ok(Labels { units: units.collect(), lengths, length, pressure })
     }
@@ -189,9 +88,9 @@ impl Labels {
     }
 
     /// Returns the unit in which values of a column are shown.
-    pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> AxisUnit {
+    pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> Scaled {
         let largest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
-        let scaled = match self.units.get(column).map(String::as_str).unwrap_or_default() {
+        match self.units.get(column).map(String::as_str).unwrap_or_default() {
             "pressure" => self.pressure.scaled(largest),
             "length" => {
                 let factor = self.lengths.factor(self.length.as_deref());
@@ -204,19 +103,16 @@ impl Labels {
             unit if unit.starts_with("as `") => Scaled { factor: 1.0, unit: String::new() },
             unit @ ("m" | "Pa" | "N" | "Ω" | "Ω m" | "W/(m² K)") => prefixed(largest, unit),
             unit => Scaled { factor: 1.0, unit: self.named().name(unit) },
-        };
-        AxisUnit { factor: scaled.factor, unit: scaled.unit }
+        }
     }
 
     /// Returns the names of the units of length and pressure, for units such as `pressure ×
     /// length`.
     fn named(&self) -> TableUnits {
-        let pressure = match &self.pressure {
-            PressureUnit::Pascal => Some("Pa".to_owned()),
-            PressureUnit::Named(unit) => Some(unit.clone()),
-            PressureUnit::Unknown => None,
-        };
-        TableUnits { length: self.length.clone().filter(|unit| !unit.is_empty()), pressure }
+        TableUnits {
+            length: self.length.clone().filter(|unit| !unit.is_empty()),
+            pressure: self.pressure.name().map(str::to_owned),
+        }
     }
 
     /// Returns text such as `H = 0.8`, `p₀ = 5 MPa` or `correction 2017`.
@@ -232,18 +128,6 @@ impl Labels {
             Some(Value::Real(number)) => *number,
         };
         format!("{symbol} = {}", self.unit(column, std::iter::once(number)).text(number, 6))
-    }
-
-    /// Lists the values of a column for messages.
-    pub fn values(&self, table: &Table, column: &str) -> String {
-        const MOST: usize = 12;
-        let mut values = BTreeSet::new();
-        if let Some(cells) = table.batch().column_by_name(column) {
-            values.extend((0..table.rows()).filter_map(|row| Value::from_array(cells, row)));
-        }
-        let told: Vec<String> = values.iter().take(MOST).map(Value::to_string).collect();
-        let more = if values.len() > MOST { " …" } else { "" };
-        told.join(", ") + more
     }
 }
 
@@ -264,9 +148,9 @@ mod tests {
             units: [("pressure", "pressure"), ("energy", "pressure × length")]
                 .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
                 .into(),
-            lengths: LengthUnit::Named("mm".to_owned()),
+            lengths: Unit::Named("mm".to_owned()),
             length: Some("mm".to_owned()),
-            pressure: PressureUnit::named("MPa"),
+            pressure: Unit::of_pressures("MPa"),
         };
         let unit = labels.unit("pressure", [500.0, 2000.0].into_iter());
         assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in MPa");
@@ -296,8 +180,8 @@ mod tests {
         const MILLIMETRE: f64 = 96.0 / 25.4;
         const POINT: f64 = 96.0 / 72.0;
         let mut labels: Vec<String> = KNOWN
-            .iter()
-            .flat_map(|(_, label, _)| ["kW/(m² K)", "the unit of the side"].map(|u| (*label, u)))
+            .values()
+            .flat_map(|[label, _]| ["kW/(m² K)", "the unit of the side"].map(|u| (label, u)))
             .map(|(label, unit)| format!("{label}, in {unit}"))
             .collect();
         labels.sort_by_key(|label| std::cmp::Reverse(label.chars().count()));

@@ -29,27 +29,15 @@ pub struct Units {
     by_surface: BTreeMap<String, String>,
 }
 
-/// A unit of length that several surfaces share.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub enum LengthUnit {
-    /// The metre, which is shown with a suitable prefix. All units can be converted to it.
-    Metre,
-    /// Another unit that all surfaces share, which is shown as it is.
-    Named(String),
-    /// No unit, or several unknown ones.
-    #[default]
-    Unknown,
-}
-
-/// A unit of pressure of tables.
+/// The unit of length of surfaces, or the unit of pressure of tables.
 #[derive(Debug, Clone, PartialEq)]
-pub enum PressureUnit {
-    /// The pascal, which is shown with a suitable prefix.
-    Pascal,
+pub enum Unit {
+    /// The metre or the pascal, which are shown with a suitable prefix.
+    Si(&'static str),
     /// Another unit, which is shown as it is.
     Named(String),
-    /// There is no unit, or several units differ.
-    Unknown,
+    /// No unit, or several different ones. The text takes the place of its name.
+    Unknown(&'static str),
 }
 
 /// A unit, and the factor that converts numbers to it.
@@ -84,50 +72,87 @@ impl Units {
     }
 }
 
-impl LengthUnit {
-    /// Returns the common unit of surfaces with these units.
-    pub fn common<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> LengthUnit {
+impl Default for Unit {
+    fn default() -> Unit {
+        Unit::NO_LENGTH
+    }
+}
+
+impl Unit {
+    pub const NO_LENGTH: Unit = Unit::Unknown("the unit of the side");
+    pub const NO_PRESSURE: Unit = Unit::Unknown("the unit of E*");
+
+    /// Returns the common unit of surfaces with these units of length. All units of length can be
+    /// converted to the metre.
+    pub fn of_lengths<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> Unit {
         let known: Option<Vec<&str>> = units.into_iter().collect();
-        match known.as_deref() {
-            Some(["m", others @ ..]) if others.iter().all(|other| *other == "m") => {
-                LengthUnit::Metre
-            }
-            Some([first, others @ ..])
-                if !first.is_empty() && others.iter().all(|other| other == first) =>
-            {
-                LengthUnit::Named((*first).to_owned())
-            }
-            Some([_, ..]) if known.iter().flatten().all(|unit| in_metres(unit).is_some()) => {
-                LengthUnit::Metre
-            }
-            Some(_) | None => LengthUnit::Unknown,
+        let Some([first, others @ ..]) = known.as_deref() else { return Unit::NO_LENGTH };
+        let is_common = others.iter().all(|other| other == first);
+        if is_common && !["", "m"].contains(first) {
+            Unit::Named((*first).to_owned())
+        } else if known.iter().flatten().all(|unit| in_metres(unit).is_some()) {
+            Unit::Si("m")
+        } else {
+            Unit::NO_LENGTH
         }
     }
 
-    /// Returns the factor that converts a length in the unit of a surface to the common unit.
+    /// Returns the unit of pressure that a table names.
+    pub fn of_pressures(unit: &str) -> Unit {
+        match unit {
+            "Pa" => Unit::Si("Pa"),
+            "" => Unit::NO_PRESSURE,
+            _ => Unit::Named(unit.to_owned()),
+        }
+    }
+
+    /// Returns the unit of pressure of the smallest modulus of a table that names no unit.
+    pub fn assumed(least_modulus: f64, lengths: &Unit) -> Unit {
+        let unit = assumed_pressure_unit(least_modulus, lengths.name());
+        unit.map_or(Unit::NO_PRESSURE, Unit::of_pressures)
+    }
+
+    /// Returns the common unit of pressure of several tables or parameter points.
+    pub fn common(units: impl IntoIterator<Item = Unit>) -> Unit {
+        let mut rest = units.into_iter();
+        let first = rest.next().unwrap_or(Unit::NO_PRESSURE);
+        if rest.all(|other| other == first) { first } else { Unit::NO_PRESSURE }
+    }
+
+    /// Returns the name of the unit, if it is known.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Unit::Si(unit) => Some(unit),
+            Unit::Named(unit) => Some(unit),
+            Unit::Unknown(_) => None,
+        }
+    }
+
+    /// Returns the factor that converts a length in the unit of a surface to this common unit.
     pub fn factor(&self, unit: Option<&str>) -> f64 {
         match self {
-            LengthUnit::Metre => unit.and_then(in_metres).unwrap_or(1.0),
-            LengthUnit::Named(_) | LengthUnit::Unknown => 1.0,
+            Unit::Si(_) => unit.and_then(in_metres).unwrap_or(1.0),
+            Unit::Named(_) | Unit::Unknown(_) => 1.0,
         }
     }
 
-    /// Returns the unit of lengths up to `largest`.
+    /// Returns the unit of numbers up to `largest`.
     pub fn scaled(&self, largest: f64) -> Scaled {
         match self {
-            LengthUnit::Metre => prefixed(largest, "m"),
-            LengthUnit::Named(unit) => Scaled::plain(unit),
-            LengthUnit::Unknown => Scaled::plain("the unit of the side"),
+            Unit::Si(unit) => prefixed(largest, unit),
+            Unit::Named(unit) => Scaled::plain(unit),
+            Unit::Unknown(words) => Scaled::plain(words),
         }
     }
 
-    /// Returns the name of a power of the unit, for axes: `m⁴`.
+    /// Returns the name of a power of the unit of length, for axes: `m⁴`.
     pub fn power(&self, superscript: &str) -> String {
-        match self {
-            LengthUnit::Metre => format!("m{superscript}"),
-            LengthUnit::Named(unit) => format!("{unit}{superscript}"),
-            LengthUnit::Unknown => format!("side{superscript}"),
-        }
+        format!("{}{superscript}", self.name().unwrap_or("side"))
+    }
+
+    /// Formats a number with this number of digits and its unit, if the unit is known: `10 MPa`.
+    pub fn text(&self, value: f64, number: usize) -> String {
+        self.scaled(value).text(value, number)
     }
 }
 
@@ -136,93 +161,51 @@ impl Scaled {
         Scaled { factor: 1.0, unit: unit.to_owned() }
     }
 
+    /// Returns the label of an axis.
+    pub fn label(&self, name: &str) -> String {
+        if self.unit.is_empty() { name.to_owned() } else { format!("{name}, in {}", self.unit) }
+    }
+
+    /// Formats a number with this many digits and its unit. A unit without a name is not repeated
+    /// with every number.
+    pub fn text(&self, number: f64, number_of_digits: usize) -> String {
+        let unit = if self.unit.starts_with("the unit of") { "" } else { &self.unit };
+        let text = format!("{} {unit}", digits(self.factor * number, number_of_digits));
+        text.trim_end().to_owned()
+    }
+
     /// Returns the unit for numbers that `factor` converts before.
     pub fn times(self, factor: f64) -> Scaled {
         Scaled { factor: factor * self.factor, ..self }
     }
 }
 
-impl PressureUnit {
-    /// Returns the unit that a table names.
-    pub fn named(unit: &str) -> PressureUnit {
-        match unit {
-            "Pa" => PressureUnit::Pascal,
-            "" => PressureUnit::Unknown,
-            _ => PressureUnit::Named(unit.to_owned()),
-        }
-    }
-
-    /// Returns the unit of the smallest modulus of a table that names no unit.
-    pub fn assumed(least_modulus: f64, lengths: &LengthUnit) -> PressureUnit {
-        let lengths = match lengths {
-            LengthUnit::Metre => Some("m"),
-            LengthUnit::Named(unit) => Some(unit.as_str()),
-            LengthUnit::Unknown => None,
-        };
-        assumed_pressure_unit(least_modulus, lengths).map_or(PressureUnit::Unknown, Self::named)
-    }
-
-    /// Returns the common unit of several tables or parameter points.
-    pub fn common(units: impl IntoIterator<Item = PressureUnit>) -> PressureUnit {
-        let mut rest = units.into_iter();
-        let first = rest.next().unwrap_or(PressureUnit::Unknown);
-        if rest.all(|other| other == first) { first } else { PressureUnit::Unknown }
-    }
-
-    /// Returns the unit of pressures up to `largest`.
-    pub fn scaled(&self, largest: f64) -> Scaled {
-        match self {
-            PressureUnit::Pascal => prefixed(largest, "Pa"),
-            PressureUnit::Named(unit) => Scaled::plain(unit),
-            PressureUnit::Unknown => Scaled::plain("the unit of E*"),
-        }
-    }
-
-    /// Formats a pressure with this number of digits and its unit, if the unit is known: `10 MPa`.
-    pub fn text(&self, pressure: f64, number: usize) -> String {
-        match self {
-            PressureUnit::Unknown => digits(pressure, number),
-            known => {
-                let Scaled { factor, unit } = known.scaled(pressure);
-                format!("{} {unit}", digits(factor * pressure, number))
-            }
-        }
-    }
-}
-
 /// Formats a pressure with its unit: `10 MPa`. Pascals get a suitable prefix.
 pub fn pressure_in_words(pressure: f64, unit: &str) -> String {
-    PressureUnit::named(unit).text(pressure, 4)
+    Unit::of_pressures(unit).text(pressure, 4)
 }
 
 /// Formats a length with its unit, if it is known: `20 nm`. Metres get a suitable prefix.
 pub fn length_in_words(length: f64, unit: Option<&str>) -> String {
-    let shared = LengthUnit::common([unit]);
-    if shared == LengthUnit::Unknown {
-        return digits(length, 4);
-    }
-    let length = shared.factor(unit) * length;
-    let Scaled { factor, unit } = shared.scaled(length.abs());
-    format!("{} {unit}", digits(factor * length, 4))
+    let shared = Unit::of_lengths([unit]);
+    shared.text(shared.factor(unit) * length, 4)
 }
 
 /// Returns a scale bar for a map with this side along x, or `None` if the unit is unknown. Its
 /// length is 1, 2 or 5 times a power of ten.
 pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {
-    let shared = LengthUnit::common([unit]);
-    if shared == LengthUnit::Unknown {
-        return None;
-    }
+    let shared = Unit::of_lengths([unit]);
+    shared.name()?;
     let factor = shared.factor(unit);
-    let most = MOST_OF_SIDE * factor * side_x;
+    let length = round_down(MOST_OF_SIDE * factor * side_x);
+    Some(ScaleBar { length: length / factor, label: shared.text(length, 1) })
+}
+
+/// Rounds a positive number down to 1, 2 or 5 times a power of ten.
+pub fn round_down(most: f64) -> f64 {
     let power = 10f64.powf(most.log10().floor());
     let step = [5.0, 2.0].into_iter().find(|step| step * power <= most);
-    let length = step.unwrap_or(1.0) * power;
-    let scaled = shared.scaled(length);
-    Some(ScaleBar {
-        length: length / factor,
-        label: format!("{} {}", digits(scaled.factor * length, 1), scaled.unit),
-    })
+    step.unwrap_or(1.0) * power
 }
 
 /// Formats a number with this number of significant digits, a true minus sign and no trailing
@@ -268,7 +251,7 @@ mod tests {
 
     #[test]
     fn lengths_have_the_prefix_that_suits_them() {
-        let metre = LengthUnit::Metre;
+        let metre = Unit::Si("m");
         let told = |length: f64| {
             let Scaled { factor, unit } = metre.scaled(length);
             format!("{} {unit}", digits(factor * length, 3))
@@ -295,28 +278,27 @@ mod tests {
 
     #[test]
     fn a_common_unit_stays_and_different_units_of_length_become_metres() {
-        let common = |units: &[Option<&'static str>]| LengthUnit::common(units.iter().copied());
+        let common = |units: &[Option<&'static str>]| Unit::of_lengths(units.iter().copied());
         let mixed = common(&[Some("µm"), Some("m")]);
-        assert_eq!((mixed.clone(), common(&[Some("m")])), (LengthUnit::Metre, LengthUnit::Metre));
+        assert_eq!((mixed.clone(), common(&[Some("m")])), (Unit::Si("m"), Unit::Si("m")));
         let named = common(&[Some("µm"), Some("µm")]);
         assert_eq!((named.factor(Some("µm")), named.scaled(1e-4)), (1.0, Scaled::plain("µm")));
         assert!((mixed.factor(Some("µm")) * 1e6 - 1.0).abs() < 1e-12);
-        let same = LengthUnit::Named("px".to_owned());
+        let same = Unit::Named("px".to_owned());
         assert_eq!(common(&[Some("px"), Some("px")]), same);
         assert_eq!(same.power("⁴"), "px⁴");
         for units in [&[Some("px"), Some("m")][..], &[Some("m"), None], &[Some("")], &[]] {
-            assert_eq!(common(units), LengthUnit::Unknown);
+            assert_eq!(common(units), Unit::NO_LENGTH);
         }
     }
 
     #[test]
     fn pressures_are_pascals_where_no_other_unit_can_be_meant() {
-        let are_pascals = |modulus, lengths: &LengthUnit| {
-            PressureUnit::assumed(modulus, lengths) == PressureUnit::Pascal
-        };
-        let (metre, unknown) = (&LengthUnit::Metre, &LengthUnit::Unknown);
-        assert!(are_pascals(5e6, &LengthUnit::Named("µm".to_owned())));
-        assert!(!are_pascals(5e6, &LengthUnit::Named("px".to_owned())));
+        let are_pascals =
+            |modulus, lengths: &Unit| Unit::assumed(modulus, lengths) == Unit::Si("Pa");
+        let (metre, unknown) = (&Unit::Si("m"), &Unit::NO_LENGTH);
+        assert!(are_pascals(5e6, &Unit::Named("µm".to_owned())));
+        assert!(!are_pascals(5e6, &Unit::Named("px".to_owned())));
         assert!(are_pascals(2.1e11, metre));
         assert!(!are_pascals(2.1e5, metre), "steel in megapascals");
         assert!(are_pascals(5e6, metre), "rubber in pascals");
@@ -326,12 +308,13 @@ mod tests {
 
     #[test]
     fn pressures_keep_the_unit_that_the_manifest_names_and_pascals_get_a_prefix() {
-        let text = |pressure, unit| PressureUnit::named(unit).text(pressure, 3);
+        assert_eq!([0.3, 1.0, 4.9, 70.0, 2300.0].map(round_down), [0.2, 1.0, 2.0, 50.0, 2000.0]);
+        let text = |pressure, unit| Unit::of_pressures(unit).text(pressure, 3);
         assert_eq!(text(5500.0, "MPa"), "5500 MPa");
         assert_eq!(text(5.5e9, "Pa"), "5.5 GPa");
         assert_eq!(text(5.5, ""), "5.5");
-        let common = |units: [&str; 2]| PressureUnit::common(units.map(PressureUnit::named));
-        assert_eq!(common(["MPa", "MPa"]), PressureUnit::Named("MPa".to_owned()));
-        assert_eq!(common(["MPa", "GPa"]), PressureUnit::Unknown);
+        let common = |units: [&str; 2]| Unit::common(units.map(Unit::of_pressures));
+        assert_eq!(common(["MPa", "MPa"]), Unit::Named("MPa".to_owned()));
+        assert_eq!(common(["MPa", "GPa"]), Unit::NO_PRESSURE);
     }
 }

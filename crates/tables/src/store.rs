@@ -79,12 +79,6 @@ pub enum StoreError {
     /// A page or figure of a report was changed by a user or another program.
     #[error("`{}` was edited; run `asperity report` to write it again", path.display())]
     Changed { path: PathBuf },
-    /// A page or figure of a report was being written when the process ended.
-    #[error(
-        "`{}` was not finished, because `asperity report` was interrupted; run it again",
-        path.display()
-    )]
-    Interrupted { path: PathBuf },
     #[error("cannot lock the store: cannot open or lock `{}`", path.display())]
     Lock { path: PathBuf, source: io::Error },
     /// A read-only store cannot be used.
@@ -143,11 +137,22 @@ impl StoreError {
 
     /// Returns true if the table is damaged or missing, so that recomputing it helps.
     pub fn is_recomputable(&self) -> bool {
+<<<<<<< HEAD
         matches!(self, StoreError::Damaged { .. } | StoreError::InLayer(_)) || self.is_missing()
     }
 
     fn is_missing(&self) -> bool {
         matches!(self, StoreError::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)
+=======
+        match self {
+            StoreError::Damaged { .. } | StoreError::InLayer(_) => true,
+            StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
+            StoreError::Write { .. }
+            | StoreError::Changed { .. }
+            | StoreError::Lock { .. }
+            | StoreError::Layer { .. } => false,
+        }
+>>>>>>> report
     }
 }
 

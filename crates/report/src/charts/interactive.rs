@@ -12,13 +12,13 @@ use std::fmt::Write;
 use kuva::backend::svg::SvgBackend;
 use kuva::render::layout::ComputedLayout;
 use kuva::render::render::{Primitive, Scene, render_multiple};
-use serde::Serialize;
+use minijinja::{Value, context};
 
 use crate::charts::axis::Spacing;
 use crate::charts::chart::{Chart, Frame, Series};
 use crate::charts::map_panel::{Frame as MapFrame, WORDS};
 use crate::charts::style::Colour;
-use crate::charts::svg::{escaped, finished};
+use crate::charts::svg::{Size, escaped, finished};
 use crate::charts::{Entry, Figure, Legend, Panel, SAMPLE, add_shifted};
 use asperity_manifest::decimal;
 
@@ -33,56 +33,35 @@ const MARGIN: f64 = 2.0;
 /// would be closer together than a pointer can tell.
 const MOST_VALUES: usize = 60;
 
-/// A figure as a page contains it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct PageFigure {
-    pub rows: Vec<PageRow>,
-    /// Scale of the colours of series as SVG, if the figure has one.
-    pub colours: Option<String>,
-    pub legend: Vec<PageEntry>,
-}
-
-/// Panels that stand beside each other on a wide screen.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PageRow {
-    /// Number of columns of the figure, which is the same for all its rows.
-    pub columns: usize,
-    /// Drawings as SVG.
-    pub panels: Vec<String>,
-}
-
-/// Entry of the legend of a page.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PageEntry {
-    pub label: String,
-    /// Line and marker of the entry as SVG.
-    pub sample: String,
-}
-
 impl Figure {
-    /// Returns the figure for a page. `name` makes the identifiers of its drawings unique.
-    pub fn for_page(&self, name: &str) -> PageFigure {
+    /// Returns the figure for the template of a page: rows of `panels` in a number of `columns`
+    /// that is the same for all, the scale of `colours`, and the entries of the `legend`, each with
+    /// `label` and `sample`. Drawings are SVG; `name` makes their identifiers unique.
+    pub fn for_page(&self, name: &str) -> Value {
         let legend = self.entries();
         let maps = self.rows.iter().flatten().filter_map(Panel::map);
         let frame = MapFrame::new(maps, self.panel[0]);
-        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let columns = self.columns() as usize;
         let mut panels = 0;
         let mut draw = |panel: &Panel| {
             panels += 1;
             self.draw_panel(panel, &frame, &legend, &format!("{name}-{panels}"))
         };
-        let rows = self
-            .rows
-            .iter()
-            .map(|row| PageRow { columns, panels: row.iter().map(&mut draw).collect() })
-            .collect();
+        let mut rows = Vec::new();
+        for row in &self.rows {
+            let panels: Vec<String> = row.iter().map(&mut draw).collect();
+            rows.push(context! { columns, panels });
+        }
         let colours = self.colours.as_ref().map(|scale| {
             let mut scene = empty_scene([WIDEST, scale.height(WIDEST)]);
             let width = scene.width;
             scale.draw(&mut scene, MARGIN, width);
-            finished(&scene, "", &format!("{name}-colours"), 1.0)
+            finished(scene, "", &format!("{name}-colours"), Size::Page(1.0))
         });
-        PageFigure { rows, colours, legend: legend.iter().map(PageEntry::new).collect() }
+        let entries = legend.iter().map(|entry| {
+            context! { label => entry.label.as_str(), sample => sample(entry) }
+        });
+        context! { rows, colours, legend => entries.collect::<Vec<_>>() }
     }
 
     fn draw_panel(&self, panel: &Panel, frame: &MapFrame, legend: &[Entry], name: &str) -> String {
@@ -97,12 +76,12 @@ impl Figure {
                 let size = [width, height.max(chart.least_height(width, WORDS))];
                 let mut scene = empty_scene(size);
                 add_shifted(&mut scene, chart.draw_in_groups(size, legend), [MARGIN; 2]);
-                finished(&scene, &pictures, name, GROW)
+                finished(scene, &pictures, name, Size::Page(GROW))
             }
             Panel::Map(map) => {
                 let mut scene = empty_scene(self.panel);
                 map.draw(self.panel, frame, [MARGIN; 2], &mut scene, &mut pictures);
-                finished(&scene, &pictures, name, GROW)
+                finished(scene, &pictures, name, Size::Page(GROW))
             }
             Panel::Blank => String::new(),
         }
@@ -117,16 +96,14 @@ fn empty_scene([width, height]: [f64; 2]) -> Scene {
     scene
 }
 
-impl PageEntry {
-    fn new(entry: &Entry) -> PageEntry {
-        let (width, height) = (SAMPLE - 8.0, f64::from(WORDS));
-        let mut scene = Scene::new(width, height);
-        scene.background_color = None;
-        let legend = Legend::new(Vec::new(), width, WORDS - 1);
-        legend.draw_sample(&mut scene, entry, 0.0, height / 2.0);
-        let svg = SvgBackend::new().render_scene(&scene);
-        PageEntry { label: entry.label.clone(), sample: svg }
-    }
+/// Returns the line and the marker of an entry as SVG.
+fn sample(entry: &Entry) -> String {
+    let (width, height) = (SAMPLE - 8.0, f64::from(WORDS));
+    let mut scene = Scene::new(width, height);
+    scene.background_color = None;
+    let legend = Legend::new(Vec::new(), width, WORDS - 1);
+    legend.draw_sample(&mut scene, entry, 0.0, height / 2.0);
+    SvgBackend::new().render_scene(&scene)
 }
 
 impl Chart {
@@ -260,8 +237,17 @@ mod tests {
         chart
     }
 
+    fn attribute(of: &Value, name: &str) -> Vec<Value> {
+        of.get_attr(name).unwrap().try_iter().unwrap().collect()
+    }
+
+    fn panels(figure: &Value) -> Vec<String> {
+        let row = &attribute(figure, "rows")[0];
+        attribute(row, "panels").iter().map(Value::to_string).collect()
+    }
+
     fn panel() -> String {
-        Figure::from_chart(chart()).for_page("area").rows[0].panels[0].clone()
+        panels(&Figure::from_chart(chart()).for_page("area"))[0].clone()
     }
 
     #[test]
@@ -300,11 +286,15 @@ mod tests {
     fn panels_have_their_own_drawings_and_one_legend() {
         let figure =
             Figure::from_charts(vec![vec![chart(), chart()]], [430.0, 340.0]).for_page("two");
-        assert_eq!(figure.rows[0].columns, 2);
-        let [left, right] = figure.rows[0].panels.as_slice() else { panic!("two panels") };
+        let columns = attribute(&figure, "rows")[0].get_attr("columns").unwrap();
+        assert_eq!(columns, Value::from(2));
+        let [left, right] = &panels(&figure)[..] else { panic!("two panels") };
         assert!(left.contains("two-1-clip-0") && right.contains("two-2-clip-0"));
-        let labels: Vec<&str> = figure.legend.iter().map(|entry| entry.label.as_str()).collect();
-        assert_eq!(labels, ["mean", "theory"]);
-        assert!(figure.legend.iter().all(|entry| entry.sample.starts_with("<svg")));
+        let legend = attribute(&figure, "legend");
+        let of = |name: &str| -> Vec<String> {
+            legend.iter().map(|entry| entry.get_attr(name).unwrap().to_string()).collect()
+        };
+        assert_eq!(of("label"), ["mean", "theory"]);
+        assert!(of("sample").iter().all(|sample| sample.starts_with("<svg")));
     }
 }

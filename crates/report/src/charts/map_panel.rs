@@ -31,8 +31,6 @@ pub struct MapPanel {
     pub raster: Raster,
     /// Sides of the map along x (right) and y (up), in any unit.
     pub size: [f64; 2],
-    /// True if a line surrounds the map.
-    pub has_outline: bool,
     pub scale_bar: Option<ScaleBar>,
     pub colour_bar: Option<Box<ColourBar>>,
 }
@@ -95,14 +93,7 @@ impl Frame {
 
 impl MapPanel {
     pub fn new(title: impl Into<String>, raster: Raster, size: [f64; 2]) -> MapPanel {
-        MapPanel {
-            title: title.into(),
-            raster,
-            size,
-            has_outline: true,
-            scale_bar: None,
-            colour_bar: None,
-        }
+        MapPanel { title: title.into(), raster, size, scale_bar: None, colour_bar: None }
     }
 
     /// Returns the height of the bars below the map.
@@ -130,9 +121,7 @@ impl MapPanel {
             let position = [x + width / 2.0, top - 5.0 - from_last as f64 * line];
             scene.add(words(text.clone(), position, WORDS, TextAnchor::Middle));
         }
-        if self.has_outline {
-            scene.add(box_of([left, top], map));
-        }
+        scene.add(box_of([left, top], map));
         picture(&self.raster, [left, top], map, pictures);
         let mut below = top + map[1] + FOOT / 2.0;
         if let Some(bar) = &self.scale_bar {

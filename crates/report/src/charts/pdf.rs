@@ -4,18 +4,17 @@
 //! and images. Only what charts contain is written: plain colours, clip paths, opacity, and PNG
 //! images without transparency. Equal drawings give equal bytes.
 
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Write as _};
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use resvg::tiny_skia::{PathSegment, Transform};
-use resvg::usvg::{
-    ClipPath, FillRule, Group, ImageKind, LineCap, LineJoin, Node, Paint, Path, Stroke, Text,
-};
+use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};
+use pdf_writer::writers::ExtGraphicsState;
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str};
+use resvg::tiny_skia::{PathSegment, Point, Transform};
+use resvg::usvg::{ClipPath, Group, Image, ImageKind, Node, Paint, Path, Text};
 use skrifa::instance::{LocationRef, Size};
-use skrifa::raw::TableProvider;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 use crate::charts::FONT;
@@ -23,66 +22,60 @@ use crate::charts::svg::{PixelsError, tree};
 
 /// Points per pixel: 72 points and 96 pixels are an inch.
 const POINTS: f32 = 0.75;
+/// Name of the font among the resources of the page, and its PostScript name.
+const FONT_NAMES: [Name; 2] = [Name(b"F"), Name(b"DejaVuSans")];
 
 /// Converts an SVG drawing to PDF.
 pub fn to_pdf(svg: &str) -> Result<Vec<u8>, PixelsError> {
     let tree = tree(svg)?;
-    let mut page = Page::default();
-    let (width, height) = (POINTS * tree.size().width(), POINTS * tree.size().height());
+    let mut page = Page {
+        content: Content::new(),
+        glyphs: BTreeMap::new(),
+        images: Vec::new(),
+        opacities: BTreeSet::new(),
+    };
+    let [width, height] = [tree.size().width(), tree.size().height()].map(|side| POINTS * side);
     // SVG counts y downwards from the top, PDF upwards from the bottom.
-    page.concat(Transform::from_row(POINTS, 0.0, 0.0, -POINTS, 0.0, height));
-    page.group(tree.root(), 1.0)?;
-    Ok(page.into_document([width, height]))
+    page.content.transform([POINTS, 0.0, 0.0, -POINTS, 0.0, height]);
+    page.group(tree.root(), 1.0);
+    Ok(page.into_document(Rect::new(0.0, 0.0, width, height)))
 }
 
 /// Content of the page, and the resources that it names.
-#[derive(Default)]
 struct Page {
-    content: String,
+    content: Content,
     /// Texts of the glyphs in use, by their number in the font.
-    glyphs: BTreeMap<u32, String>,
+    glyphs: BTreeMap<u16, String>,
     images: Vec<Picture>,
     /// Opacities in use, in parts per thousand.
-    opacities: BTreeMap<u32, ()>,
+    opacities: BTreeSet<u32>,
 }
 
 /// Pixels of an image by rows, from the top.
 struct Picture {
     size: [u32; 2],
-    space: &'static str,
     pixels: Vec<u8>,
 }
 
 impl Page {
-    fn concat(&mut self, transform: Transform) {
-        if !transform.is_identity() {
-            let _ = writeln!(self.content, "{} cm", matrix(transform));
-        }
-    }
-
     /// Writes the children of a group. `opacity` is the product of the opacities of the groups
     /// around it; charts have no group with overlapping children and an opacity.
-    fn group(&mut self, group: &Group, opacity: f32) -> Result<(), PixelsError> {
+    fn group(&mut self, group: &Group, opacity: f32) {
         let opacity = opacity * group.opacity().get();
-        self.content += "q\n";
-        self.concat(group.transform());
+        self.content.save_state();
+        self.content.transform(matrix(group.transform()));
         if let Some(clip) = group.clip_path() {
             self.clip(clip);
         }
         for node in group.children() {
             match node {
-                Node::Group(group) => self.group(group, opacity)?,
+                Node::Group(group) => self.group(group, opacity),
                 Node::Path(path) => self.path(path, opacity),
                 Node::Text(text) => self.text(text, opacity),
-                Node::Image(image) if image.is_visible() => {
-                    let size = image.size();
-                    self.image(image.kind(), [size.width(), size.height()])?;
-                }
-                Node::Image(_) => {}
+                Node::Image(image) => self.image(image),
             }
         }
-        self.content += "Q\n";
-        Ok(())
+        self.content.restore_state();
     }
 
     fn clip(&mut self, clip: &ClipPath) {
@@ -93,322 +86,210 @@ impl Page {
                 self.outline(data.segments());
             }
         }
-        self.content += "W n\n";
+        self.content.clip_nonzero().end_path();
     }
 
     fn path(&mut self, path: &Path, opacity: f32) {
-        if !path.is_visible() {
-            return;
+        self.content.save_state();
+        if let Some(fill) = path.fill() {
+            let [red, green, blue] = rgb(fill.paint());
+            self.content.set_fill_rgb(red, green, blue);
+            self.set_opacity('f', opacity * fill.opacity().get());
         }
-        let fill = path.fill().and_then(|fill| Some((rgb(fill.paint())?, fill)));
-        let stroke = path.stroke().and_then(|stroke| Some((rgb(stroke.paint())?, stroke)));
-        self.content += "q\n";
-        if let Some((colour, fill)) = &fill {
-            let _ = writeln!(self.content, "{colour} rg");
-            self.opacity("f", opacity * fill.opacity().get());
-        }
-        if let Some((colour, stroke)) = &stroke {
-            let _ = writeln!(self.content, "{colour} RG");
-            self.opacity("s", opacity * stroke.opacity().get());
-            self.stroke_style(stroke);
+        if let Some(stroke) = path.stroke() {
+            let [red, green, blue] = rgb(stroke.paint());
+            self.content.set_stroke_rgb(red, green, blue).set_line_width(stroke.width().get());
+            self.set_opacity('s', opacity * stroke.opacity().get());
+            if let Some(dashes) = stroke.dasharray() {
+                self.content.set_dash_pattern(dashes.iter().copied(), stroke.dashoffset());
+            }
         }
         self.outline(path.data().segments());
-        let is_even_odd = fill.as_ref().is_some_and(|(_, fill)| fill.rule() == FillRule::EvenOdd);
-        self.content += match (fill.is_some(), stroke.is_some(), is_even_odd) {
-            (true, true, false) => "B\n",
-            (true, true, true) => "B*\n",
-            (true, false, false) => "f\n",
-            (true, false, true) => "f*\n",
-            (false, true, _) => "S\n",
-            (false, false, _) => "n\n",
+        match (path.fill(), path.stroke()) {
+            (Some(_), Some(_)) => self.content.fill_nonzero_and_stroke(),
+            (Some(_), None) => self.content.fill_nonzero(),
+            (None, Some(_)) => self.content.stroke(),
+            (None, None) => self.content.end_path(),
         };
-        self.content += "Q\n";
-    }
-
-    fn stroke_style(&mut self, stroke: &Stroke) {
-        let cap = match stroke.linecap() {
-            LineCap::Butt => 0,
-            LineCap::Round => 1,
-            LineCap::Square => 2,
-        };
-        let join = match stroke.linejoin() {
-            LineJoin::Miter | LineJoin::MiterClip => 0,
-            LineJoin::Round => 1,
-            LineJoin::Bevel => 2,
-        };
-        let width = number(stroke.width().get());
-        let _ = writeln!(self.content, "{width} w {cap} J {join} j");
-        if let Some(dashes) = stroke.dasharray() {
-            let lengths: Vec<String> = dashes.iter().copied().map(number).collect();
-            let offset = number(stroke.dashoffset());
-            let _ = writeln!(self.content, "[{}] {offset} d", lengths.join(" "));
-        }
+        self.content.restore_state();
     }
 
     /// Selects an opacity for fills (`f`) or strokes (`s`).
-    fn opacity(&mut self, of: &str, opacity: f32) {
+    fn set_opacity(&mut self, of: char, opacity: f32) {
         let parts = (1000.0 * opacity).round() as u32;
         if parts < 1000 {
-            self.opacities.insert(parts, ());
-            let _ = writeln!(self.content, "/{of}{parts} gs");
+            self.opacities.insert(parts);
+            self.content.set_parameters(Name(format!("{of}{parts}").as_bytes()));
         }
     }
 
     fn outline(&mut self, segments: impl Iterator<Item = PathSegment>) {
-        let (mut from, mut start) = ((0.0, 0.0), (0.0, 0.0));
+        let content = &mut self.content;
+        let mut from = Point::zero();
         for segment in segments {
-            let mut line = |points: &[(f32, f32)], operator: &str| {
-                let numbers: Vec<String> =
-                    points.iter().map(|(x, y)| format!("{} {}", number(*x), number(*y))).collect();
-                let _ = writeln!(self.content, "{} {operator}", numbers.join(" "));
-            };
             match segment {
-                PathSegment::MoveTo(to) => {
-                    (from, start) = ((to.x, to.y), (to.x, to.y));
-                    line(&[from], "m");
-                }
-                PathSegment::LineTo(to) => {
-                    from = (to.x, to.y);
-                    line(&[from], "l");
-                }
+                PathSegment::MoveTo(to) => content.move_to(to.x, to.y),
+                PathSegment::LineTo(to) => content.line_to(to.x, to.y),
                 PathSegment::QuadTo(by, to) => {
                     // The control points of the cubic are two thirds of the way to the quadratic's.
-                    let towards = |(x, y): (f32, f32)| {
-                        (x + 2.0 / 3.0 * (by.x - x), y + 2.0 / 3.0 * (by.y - y))
-                    };
-                    let controls = [towards(from), towards((to.x, to.y))];
-                    from = (to.x, to.y);
-                    line(&[controls[0], controls[1], from], "c");
+                    let towards = |end: f32, by: f32| end + 2.0 / 3.0 * (by - end);
+                    let first = [towards(from.x, by.x), towards(from.y, by.y)];
+                    let last = [towards(to.x, by.x), towards(to.y, by.y)];
+                    content.cubic_to(first[0], first[1], last[0], last[1], to.x, to.y)
                 }
-                PathSegment::CubicTo(first, second, to) => {
-                    from = (to.x, to.y);
-                    line(&[(first.x, first.y), (second.x, second.y), from], "c");
+                PathSegment::CubicTo(first, last, to) => {
+                    content.cubic_to(first.x, first.y, last.x, last.y, to.x, to.y)
                 }
-                PathSegment::Close => {
-                    from = start;
-                    self.content += "h\n";
-                }
+                PathSegment::Close => content.close_path(),
+            };
+            match segment {
+                PathSegment::MoveTo(to)
+                | PathSegment::LineTo(to)
+                | PathSegment::QuadTo(_, to)
+                | PathSegment::CubicTo(_, _, to) => from = to,
+                PathSegment::Close => {}
             }
         }
     }
 
     /// Writes a text glyph by glyph, so that it has the same places as in SVG and PNG files.
     fn text(&mut self, text: &Text, opacity: f32) {
-        for span in text.layouted().iter().filter(|span| span.visible) {
-            let Some((colour, fill)) =
-                span.fill.as_ref().and_then(|fill| Some((rgb(fill.paint())?, fill)))
-            else {
-                continue;
-            };
-            let _ = writeln!(self.content, "q\n{colour} rg");
-            self.opacity("f", opacity * fill.opacity().get());
+        for span in text.layouted() {
+            let Some(fill) = &span.fill else { continue };
+            let [red, green, blue] = rgb(fill.paint());
+            self.content.save_state().set_fill_rgb(red, green, blue);
+            self.set_opacity('f', opacity * fill.opacity().get());
             // With this size, a unit of the text is a unit of the font.
-            let _ = writeln!(self.content, "BT /F {} Tf", Font::new().units_per_em);
+            let size = font().metrics(Size::unscaled(), LocationRef::default()).units_per_em;
+            self.content.begin_text().set_font(FONT_NAMES[0], f32::from(size));
             for glyph in &span.positioned_glyphs {
-                let id = glyph.id.0;
+                let id = glyph.id.0 as u16;
                 self.glyphs.entry(id).or_insert_with(|| glyph.text.clone());
-                let place = matrix(glyph.outline_transform());
-                let _ = writeln!(self.content, "{place} Tm <{id:04X}> Tj");
+                self.content.set_text_matrix(matrix(glyph.outline_transform()));
+                self.content.show(Str(&id.to_be_bytes()));
             }
-            self.content += "ET\nQ\n";
+            self.content.end_text().restore_state();
         }
     }
 
-    fn image(&mut self, kind: &ImageKind, [width, height]: [f32; 2]) -> Result<(), PixelsError> {
-        let encode = |reason: String| PixelsError::Encode { reason };
-        let ImageKind::PNG(data) = kind else {
-            return Err(encode("an image of the drawing is not PNG".to_owned()));
-        };
+    fn image(&mut self, image: &Image) {
+        let ImageKind::PNG(data) = image.kind() else { unreachable!("maps are PNG files") };
         let mut decoder = png::Decoder::new(Cursor::new(data.as_slice()));
-        decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
-        let mut reader = decoder.read_info().map_err(|error| encode(error.to_string()))?;
+        decoder.set_transformations(png::Transformations::EXPAND);
+        let mut reader = decoder.read_info().expect("the map was encoded by the program");
         let mut pixels = vec![0; reader.output_buffer_size().unwrap_or(0)];
-        let frame = reader.next_frame(&mut pixels).map_err(|error| encode(error.to_string()))?;
-        pixels.truncate(frame.buffer_size());
-        let space = match frame.color_type {
-            png::ColorType::Rgb => "DeviceRGB",
-            png::ColorType::Grayscale => "DeviceGray",
-            other => return Err(encode(format!("images with {other:?} are not supported"))),
-        };
-        self.images.push(Picture { size: [frame.width, frame.height], space, pixels });
+        let frame = reader.next_frame(&mut pixels).expect("the map was encoded by the program");
+        let [width, height] = [image.size().width(), image.size().height()];
         // PDF draws images into the unit square, with the first row at the top.
-        let place = matrix(Transform::from_row(width, 0.0, 0.0, -height, 0.0, height));
-        let _ = writeln!(self.content, "q {place} cm /I{} Do Q", self.images.len() - 1);
-        Ok(())
+        self.content.save_state().transform([width, 0.0, 0.0, -height, 0.0, height]);
+        self.content.x_object(Name(format!("I{}", self.images.len()).as_bytes())).restore_state();
+        self.images.push(Picture { size: [frame.width, frame.height], pixels });
     }
 
-    fn into_document(self, [width, height]: [f32; 2]) -> Vec<u8> {
-        const FIRST_IMAGE: usize = 10;
-        let mut document = Document::new();
-        document.object("<</Type/Catalog/Pages 2 0 R>>");
-        document.object("<</Type/Pages/Kids[3 0 R]/Count 1>>");
-        let images =
-            (0..self.images.len()).map(|index| format!("/I{index} {} 0 R", FIRST_IMAGE + index));
-        let opacities = self.opacities.keys().map(|parts| {
-            let alpha = number(*parts as f32 / 1000.0);
-            format!("/f{parts}<</ca {alpha}>>/s{parts}<</CA {alpha}>>")
-        });
-        document.object(&format!(
-            "<</Type/Page/Parent 2 0 R/MediaBox[0 0 {} {}]/Contents 4 0 R/Resources<</Font<</F 5 0 \
-             R>>/XObject<<{}>>/ExtGState<<{}>>>>>>",
-            number(width),
-            number(height),
-            images.collect::<String>(),
-            opacities.collect::<String>(),
-        ));
-        document.stream("", self.content.as_bytes());
-        let font = Font::new();
-        document.object(
-            "<</Type/Font/Subtype/Type0/BaseFont/DejaVuSans/Encoding/Identity-H/DescendantFonts[6 0 \
-             R]/ToUnicode 9 0 R>>",
-        );
-        document.object(&format!(
-            "<</Type/Font/Subtype/CIDFontType2/BaseFont/DejaVuSans/CIDSystemInfo<</Registry(Adobe)\
-             /Ordering(Identity)/Supplement 0>>/FontDescriptor 7 0 R/CIDToGIDMap/Identity/W[{}]>>",
-            font.widths(self.glyphs.keys().copied()),
-        ));
-        document.object(&font.descriptor("8 0 R"));
-        document.stream(&format!("/Length1 {}", FONT.len()), FONT);
-        document.stream("", unicode_map(&self.glyphs).as_bytes());
-        for Picture { size: [width, height], space, pixels } in &self.images {
-            let entries = format!(
-                "/Type/XObject/Subtype/Image/Width {width}/Height {height}/ColorSpace/{space}\
-                 /BitsPerComponent 8"
-            );
-            document.stream(&entries, pixels);
+    fn into_document(self, sheet: Rect) -> Vec<u8> {
+        let [catalog, pages, page, content, font, cid_font, descriptor, file, texts] =
+            std::array::from_fn(|index| Ref::new(index as i32 + 1));
+        let images: Vec<Ref> = (10..).map(Ref::new).take(self.images.len()).collect();
+        let mut pdf = Pdf::new();
+        pdf.catalog(catalog).pages(pages);
+        pdf.pages(pages).kids([page]).count(1);
+        let mut sheet_writer = pdf.page(page);
+        sheet_writer.parent(pages).contents(content).media_box(sheet);
+        let mut resources = sheet_writer.resources();
+        resources.fonts().pair(FONT_NAMES[0], font);
+        let mut named = resources.x_objects();
+        for (index, image) in images.iter().enumerate() {
+            named.pair(Name(format!("I{index}").as_bytes()), *image);
         }
-        document.finished()
-    }
-}
-
-/// Measures of the embedded font.
-struct Font {
-    font: FontRef<'static>,
-    units_per_em: u16,
-}
-
-impl Font {
-    fn new() -> Font {
-        let font = FontRef::new(FONT).expect("the font is part of the program");
-        let units_per_em = font.metrics(Size::unscaled(), LocationRef::default()).units_per_em;
-        Font { font, units_per_em }
-    }
-
-    /// Converts units of the font to thousandths of its size.
-    fn thousandths(&self, length: f32) -> i32 {
-        (1000.0 * length / f32::from(self.units_per_em)).round() as i32
-    }
-
-    /// Returns the widths of glyphs as pairs `glyph [width]`.
-    fn widths(&self, glyphs: impl Iterator<Item = u32>) -> String {
-        let metrics = self.font.glyph_metrics(Size::unscaled(), LocationRef::default());
-        let width = |id| metrics.advance_width(GlyphId::new(id)).unwrap_or(0.0);
-        glyphs.map(|id| format!("{id}[{}]", self.thousandths(width(id)))).collect()
-    }
-
-    fn descriptor(&self, file: &str) -> String {
-        let metrics = self.font.metrics(Size::unscaled(), LocationRef::default());
-        let head = self.font.head().expect("the font has a header");
-        let corners = [head.x_min(), head.y_min(), head.x_max(), head.y_max()];
-        let bounds = corners.map(|bound| self.thousandths(f32::from(bound)).to_string());
-        let [ascent, descent] =
-            [metrics.ascent, metrics.descent].map(|height| self.thousandths(height));
-        format!(
-            "<</Type/FontDescriptor/FontName/DejaVuSans/Flags 32/FontBBox[{}]/ItalicAngle 0/Ascent \
-             {ascent}/Descent {descent}/CapHeight {ascent}/StemV 80/FontFile2 {file}>>",
-            bounds.join(" "),
-        )
-    }
-}
-
-/// Returns the table from which programs read the text of glyphs.
-fn unicode_map(glyphs: &BTreeMap<u32, String>) -> String {
-    let mut map = "/CIDInit/ProcSet findresource begin\n12 dict begin\nbegincmap\n\
-                   /CMapName/Texts def\n/CMapType 2 def\n1 begincodespacerange\n<0000><FFFF>\n\
-                   endcodespacerange\n"
-        .to_owned();
-    // A section has at most 100 entries.
-    for section in glyphs.iter().collect::<Vec<_>>().chunks(100) {
-        let _ = writeln!(map, "{} beginbfchar", section.len());
-        for (id, text) in section {
-            let units: String = text.encode_utf16().map(|unit| format!("{unit:04X}")).collect();
-            let _ = writeln!(map, "<{id:04X}><{units}>");
+        named.finish();
+        let mut states = resources.ext_g_states();
+        for parts in self.opacities {
+            let alpha = parts as f32 / 1000.0;
+            let [fill, stroke] = ["f", "s"].map(|of| format!("{of}{parts}"));
+            let state = states.insert(Name(fill.as_bytes()));
+            state.start::<ExtGraphicsState>().non_stroking_alpha(alpha);
+            let state = states.insert(Name(stroke.as_bytes()));
+            state.start::<ExtGraphicsState>().stroking_alpha(alpha);
         }
-        map += "endbfchar\n";
-    }
-    map + "endcmap\nCMapName currentdict/CMap defineresource pop\nend\nend\n"
-}
-
-/// Objects of a PDF file, numbered from 1.
-struct Document {
-    bytes: Vec<u8>,
-    offsets: Vec<usize>,
-}
-
-impl Document {
-    fn new() -> Document {
-        // Four bytes above 127 mark the file as binary.
-        Document { bytes: b"%PDF-1.7\n%\xE2\xE3\xCF\xD3\n".to_vec(), offsets: Vec::new() }
-    }
-
-    fn object(&mut self, content: &str) {
-        self.begin();
-        self.bytes.extend(content.bytes());
-        self.bytes.extend(b"\nendobj\n");
-    }
-
-    /// Adds a compressed stream, with further entries of its dictionary.
-    fn stream(&mut self, entries: &str, content: &[u8]) {
-        let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
-        let written = encoder.write_all(content).and_then(|()| encoder.finish());
-        let packed = written.expect("writing to memory cannot fail");
-        self.begin();
-        let head = format!("<<{entries}/Filter/FlateDecode/Length {}>>\nstream\n", packed.len());
-        self.bytes.extend(head.bytes());
-        self.bytes.extend(packed);
-        self.bytes.extend(b"\nendstream\nendobj\n");
-    }
-
-    fn begin(&mut self) {
-        self.offsets.push(self.bytes.len());
-        let number = self.offsets.len();
-        self.bytes.extend(format!("{number} 0 obj\n").bytes());
-    }
-
-    fn finished(mut self) -> Vec<u8> {
-        let table = self.bytes.len();
-        let count = self.offsets.len() + 1;
-        let mut tail = format!("xref\n0 {count}\n0000000000 65535 f \n");
-        for offset in &self.offsets {
-            let _ = writeln!(tail, "{offset:010} 00000 n ");
+        states.finish();
+        resources.finish();
+        sheet_writer.finish();
+        pdf.stream(content, &packed(&self.content.finish())).filter(Filter::FlateDecode);
+        let [_, name] = FONT_NAMES;
+        let (registry, ordering) = (Str(b"Adobe"), Str(b"Identity"));
+        let system_info = SystemInfo { registry, ordering, supplement: 0 };
+        pdf.type0_font(font)
+            .base_font(name)
+            .encoding_predefined(Name(b"Identity-H"))
+            .descendant_font(cid_font)
+            .to_unicode(texts);
+        let mut cid_font = pdf.cid_font(cid_font);
+        cid_font
+            .subtype(CidFontType::Type2)
+            .base_font(name)
+            .system_info(system_info)
+            .font_descriptor(descriptor)
+            .cid_to_gid_map_predefined(Name(b"Identity"));
+        // Widths and heights are in thousandths of the size of the font.
+        let (size, location) = (Size::new(1000.0), LocationRef::default());
+        let glyph_metrics = self::font().glyph_metrics(size, location);
+        let mut widths = cid_font.widths();
+        for glyph in self.glyphs.keys() {
+            let width = glyph_metrics.advance_width(GlyphId::from(*glyph)).unwrap_or(0.0);
+            widths.consecutive(*glyph, [width.round()]);
         }
-        let _ = write!(tail, "trailer\n<</Size {count}/Root 1 0 R>>\nstartxref\n{table}\n%%EOF\n");
-        self.bytes.extend(tail.bytes());
-        self.bytes
+        widths.finish();
+        cid_font.finish();
+        let metrics = self::font().metrics(size, location);
+        let bounds = metrics.bounds.unwrap_or_default();
+        let [x_min, y_min, x_max, y_max] =
+            [bounds.x_min, bounds.y_min, bounds.x_max, bounds.y_max].map(f32::round);
+        pdf.font_descriptor(descriptor)
+            .name(name)
+            .flags(FontFlags::NON_SYMBOLIC)
+            .bbox(Rect::new(x_min, y_min, x_max, y_max))
+            .italic_angle(0.0)
+            .ascent(metrics.ascent.round())
+            .descent(metrics.descent.round())
+            .cap_height(metrics.ascent.round())
+            .stem_v(80.0)
+            .font_file2(file);
+        pdf.stream(file, &packed(FONT)).filter(Filter::FlateDecode);
+        let mut map = UnicodeCmap::new(Name(b"Texts"), system_info);
+        for (glyph, text) in &self.glyphs {
+            map.pair_with_multiple(*glyph, text.chars());
+        }
+        pdf.stream(texts, &packed(&map.finish())).filter(Filter::FlateDecode);
+        for (image, Picture { size, pixels }) in images.into_iter().zip(&self.images) {
+            let packed = packed(pixels);
+            let mut image = pdf.image_xobject(image, &packed);
+            image.filter(Filter::FlateDecode);
+            image.width(size[0] as i32).height(size[1] as i32).bits_per_component(8);
+            image.color_space().device_rgb();
+        }
+        pdf.finish()
     }
 }
 
-/// Returns red, green and blue of a plain colour, each from 0 to 1. Charts have no other paints.
-fn rgb(paint: &Paint) -> Option<String> {
-    let Paint::Color(colour) = paint else {
-        return None;
-    };
-    let channels = [colour.red, colour.green, colour.blue];
-    Some(channels.map(|channel| number(f32::from(channel) / 255.0)).join(" "))
+fn font() -> FontRef<'static> {
+    FontRef::new(FONT).expect("the font is part of the program")
 }
 
-fn matrix(transform: Transform) -> String {
+fn packed(content: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
+    let written = encoder.write_all(content).and_then(|()| encoder.finish());
+    written.expect("writing to memory cannot fail")
+}
+
+/// Returns red, green and blue of a paint, each from 0 to 1.
+fn rgb(paint: &Paint) -> [f32; 3] {
+    let Paint::Color(colour) = paint else { unreachable!("charts have plain colours only") };
+    [colour.red, colour.green, colour.blue].map(|channel| f32::from(channel) / 255.0)
+}
+
+fn matrix(transform: Transform) -> [f32; 6] {
     let Transform { sx, ky, kx, sy, tx, ty } = transform;
-    [sx, ky, kx, sy, tx, ty].map(number).join(" ")
-}
-
-/// Formats a number without an exponent, which PDF does not have.
-fn number(value: f32) -> String {
-    let text = format!("{value:.5}");
-    match text.trim_end_matches('0').trim_end_matches('.') {
-        "-0" => "0".to_owned(),
-        shortest => shortest.to_owned(),
-    }
+    [sx, ky, kx, sy, tx, ty]
 }
 
 #[cfg(test)]

@@ -106,28 +106,25 @@ impl Scale {
     /// Returns the colours of the scale, from the lowest to the highest number.
     pub fn bar(&self) -> Raster {
         let colour = |step: usize| {
-            if self.diverges {
-                let share = step as f64 / (PALETTE - 1) as f64;
-                return self.colour(self.lowest + share * (self.highest - self.lowest));
-            }
-            self.gradient.eval_rational(step, PALETTE).into_array()
+            let share = step as f64 / (PALETTE - 1) as f64;
+            self.colour(self.lowest + share * (self.highest - self.lowest))
         };
         Raster { width: PALETTE, height: 1, pixels: (0..PALETTE).map(colour).collect() }
     }
 
     /// Returns the colour of a number. Numbers beyond an end have the colour of the end.
     pub fn colour(&self, value: f64) -> Pixel {
-        if self.diverges {
+        let share = if self.diverges {
             let end = if value < 0.0 { -self.lowest } else { self.highest };
             let share = if end > 0.0 { (value / end).clamp(-1.0, 1.0) } else { 0.0 };
-            let step = ((PALETTE - 1) as f64 * (0.5 - 0.5 * share)).round();
-            return self.gradient.eval_rational(step as usize, PALETTE).into_array();
-        }
-        let share = (value - self.lowest) / (self.highest - self.lowest);
+            0.5 - 0.5 * share
+        } else {
+            (value - self.lowest) / (self.highest - self.lowest)
+        };
         // A constant map has no range, so it has one colour.
-        let share = if share.is_finite() { share } else { 0.5 };
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.5 };
         // A palette holds more colours than the eye distinguishes.
-        let step = ((PALETTE - 1) as f64 * share.clamp(0.0, 1.0)).round();
+        let step = ((PALETTE - 1) as f64 * share).round();
         self.gradient.eval_rational(step as usize, PALETTE).into_array()
     }
 }
@@ -307,6 +304,8 @@ pub struct HeightMap {
     pub colours: Raster,
     /// Lowest and highest height of all nodes, relative to their mean; `None` if all are missing.
     pub range: Option<[f64; 2]>,
+    /// Sides of the map.
+    pub size: [f64; 2],
 }
 
 impl HeightMap {
@@ -315,7 +314,7 @@ impl HeightMap {
     ///
     /// On a larger map, a pixel is a rectangle of nodes: the mean of the known heights, or a hole
     /// if at least half of them are missing. So holes keep their area.
-    pub fn new(nodes: [usize; 2], heights: &[f64], most: usize) -> HeightMap {
+    pub fn new(nodes: [usize; 2], size: [f64; 2], heights: &[f64], most: usize) -> HeightMap {
         let scale = Scale::from_heights(heights);
         let (pixels, means) = reduced(nodes, heights, most);
         let (lowest, highest) = scale.range().into_inner();
@@ -327,13 +326,14 @@ impl HeightMap {
             raster: Raster::from_heights_on(&scale, pixels, &means),
             colours: scale.bar(),
             range: (lowest <= highest).then_some([-mean, highest - lowest - mean]),
+            size,
         }
     }
 }
 
 /// Averages the heights over rectangles of nodes. Returns the numbers of rectangles along x and y,
 /// each at most `most`, and the means.
-pub(crate) fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
+fn reduced(nodes: [usize; 2], heights: &[f64], most: usize) -> ([usize; 2], Vec<f64>) {
     let [step_x, step_y] = nodes.map(|side| side.div_ceil(most.max(1)));
     let pixels = [nodes[0].div_ceil(step_x), nodes[1].div_ceil(step_y)];
     let mut means = Vec::with_capacity(pixels[0] * pixels[1]);
@@ -495,7 +495,7 @@ mod tests {
     fn a_map_that_is_small_enough_is_the_map_itself() {
         let heights: Vec<f64> = (0..12).map(f64::from).collect();
         assert_eq!(reduced([4, 3], &heights, 4), ([4, 3], heights.clone()));
-        let map = HeightMap::new([4, 3], &heights, 4);
+        let map = HeightMap::new([4, 3], [1.0; 2], &heights, 4);
         assert_eq!(map.raster, Raster::from_heights([4, 3], &heights));
         assert_eq!(map.range, Some([-5.5, 5.5]));
     }
@@ -517,7 +517,7 @@ mod tests {
         let (_, means) = reduced([4, 4], &heights, 2);
         assert_eq!(means[0], 3.0);
         assert!(means[1].is_nan());
-        let picture = HeightMap::new([4, 4], &heights, 2);
+        let picture = HeightMap::new([4, 4], [1.0; 2], &heights, 2);
         assert_eq!(picture.range, Some([-3.0, 2.0]), "of the nodes, not of the pixels");
         let holes = picture.raster.pixels().filter(|pixel| **pixel == HOLE);
         assert_eq!(holes.count(), 1);
@@ -525,6 +525,6 @@ mod tests {
 
     #[test]
     fn nothing_known_has_no_range() {
-        assert_eq!(HeightMap::new([1, 2], &[f64::NAN; 2], 8).range, None);
+        assert_eq!(HeightMap::new([1, 2], [1.0; 2], &[f64::NAN; 2], 8).range, None);
     }
 }

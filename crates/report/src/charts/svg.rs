@@ -15,42 +15,28 @@ use crate::charts::raster::Raster;
 use crate::charts::style::{self, Colour};
 use crate::charts::text::with_subscripts;
 
-/// Returns the scene as SVG that scales with the page up to the factor `grow`. `maps` are drawn
-/// behind it.
-pub(super) fn finished(scene: &Scene, maps: &str, name: &str, grow: f64) -> String {
-    let svg = SvgBackend::new().render_scene(scene);
-    let svg = with_subscripts(&with_own_numbers(&svg, name));
-    let head = svg.find('>').expect("a drawing begins with its tag");
-    let (width, height) = (scene.width, scene.height);
-    // The figure grows on a wide page, but its texts stay similar to those around it.
-    let widest = grow * width;
-    let size = format!("viewBox=\"0 0 {width:.0} {height:.0}\" style=\"max-width:{widest:.0}px\"");
-    let (tag, rest) = svg.split_at(head);
-    format!("{tag} {size}>{maps}{}", &rest[1..])
+/// Size of a drawing.
+pub(super) enum Size {
+    /// Width and height of a file in pixels.
+    Sheet([f64; 2]),
+    /// The drawing scales with the page, up to this factor. Its texts stay similar to those around
+    /// it.
+    Page(f64),
 }
 
-/// Gives a drawing another width and height in pixels. Its content is scaled.
-pub(super) fn resized(svg: &str, [width, height]: [f64; 2]) -> String {
-    let head = svg.find('>').expect("a drawing begins with its tag");
-    let (tag, rest) = svg.split_at(head);
-    let attributes = tag.split_inclusive('"').collect::<Vec<_>>();
-    let mut resized = String::new();
-    for pair in attributes.chunks(2) {
-        let size = match pair[0].trim() {
-            "width=\"" | "<svg width=\"" => Some(width),
-            "height=\"" => Some(height),
-            // The page limits the width of its drawings.
-            "style=\"" => continue,
-            _ => None,
-        };
-        match (size, pair) {
-            (Some(size), [name, _]) => {
-                let _ = write!(resized, "{name}{size:.2}\"");
-            }
-            _ => resized.extend(pair.iter().copied()),
+/// Returns the scene as SVG. `maps` are drawn behind it.
+pub(super) fn finished(mut scene: Scene, maps: &str, name: &str, size: Size) -> String {
+    let mut attributes = format!("viewBox=\"0 0 {:.0} {:.0}\"", scene.width, scene.height);
+    match size {
+        Size::Sheet(sheet) => [scene.width, scene.height] = sheet,
+        Size::Page(grow) => {
+            let _ = write!(attributes, " style=\"max-width:{:.0}px\"", grow * scene.width);
         }
     }
-    resized + rest
+    let svg = SvgBackend::new().render_scene(&scene);
+    let svg = with_subscripts(&with_own_numbers(&svg, name));
+    let (tag, rest) = svg.split_once('>').expect("a drawing begins with its tag");
+    format!("{tag} {attributes}>{maps}{rest}")
 }
 
 /// Renumbers the clip paths of a drawing from zero. The drawing crate numbers clip paths per
@@ -75,10 +61,9 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
 
 /// Returns a drawing for a separate file, with light background and colours.
 pub fn alone(svg: &str) -> String {
-    let head = svg.find('>').expect("a drawing begins with its tag") + 1;
-    let (tag, rest) = svg.split_at(head);
+    let (tag, rest) = svg.split_once('>').expect("a drawing begins with its tag");
     let paper = Colour::Background.css();
-    let figure = format!("{tag}<rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
+    let figure = format!("{tag}><rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{rest}");
     style::with_light_colours(&figure)
 }
 
@@ -148,17 +133,4 @@ pub fn to_raster(svg: &str, scale: f32) -> Result<Raster, PixelsError> {
 /// Escapes a text for HTML and for attributes of SVG.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_resized_drawing_keeps_its_content_and_every_other_attribute() {
-        let svg = "<svg xmlns=\"x\" width=\"616\" height=\"400\" viewBox=\"0 0 616 400\">a</svg>";
-        let expected =
-            "<svg xmlns=\"x\" width=\"325.04\" height=\"200.00\" viewBox=\"0 0 616 400\">a</svg>";
-        assert_eq!(resized(svg, [325.04, 200.0]), expected);
-    }
 }

@@ -1,41 +1,55 @@
-//! Contact maps of two surfaces at five loads, and one map per surface that combines the loads
-//! (figs. 7 and 8). On the page, a slider shows more loads of each surface.
+//! Contact maps of single surfaces: at five loads, with one map per surface that combines the loads
+//! (figs. 7 and 8), and along a path with adhesion, with pulled and pushed nodes and maps of the
+//! pressures if they are stored. On the page, a slider shows more loads or states of each surface.
 
-use std::collections::{BTreeMap, BTreeSet};
-
+use arrow::array::{Array, AsArray};
+use arrow::datatypes::Float64Type;
 use base64::prelude::{BASE64_STANDARD, Engine};
-use serde::Serialize;
+use minijinja::{Value, context};
 
 use crate::ReportError;
 use crate::charts::map_panel::MapPanel;
-use crate::charts::raster::Raster;
+use crate::charts::raster::{Raster, Scale};
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
 use crate::finished::FinishedStages;
 use crate::loads::Loads;
+use crate::map_pictures::{NodeValues, Quantity};
 use crate::points::{self, Point};
-use crate::samples::{self, Sample};
+use crate::samples::{self, Sample, spread};
 use crate::units::{digits, length_in_words, scale_bar};
+use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::area::ContactArea;
 use asperity_mechanics::morphology::map::ContactMap;
-use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP, PRESSURE};
+use asperity_stages::columns::{
+    BRANCH, CONTACT, EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURES, REPULSIVE,
+};
+use asperity_stages::ensemble::{ParameterPoint, load_column};
 use asperity_stages::grids::Grids;
-use asperity_stages::{Recipe, Stage as _, StageError, ensemble};
+use asperity_stages::units::pressure_unit;
+use asperity_stages::{Recipe, Stage as _, StageError};
+use asperity_tables::column::Column;
 use asperity_tables::store::TaskTables;
-use asperity_tables::table::Table;
+use asperity_tables::table::{Table, TableError};
 
 pub const CONTACT_MAPS: Definition =
-    Definition { name: "contact-maps", title: "Contact maps", draw: draw_maps };
+    Definition { name: "contact-maps", title: "Contact maps", draw: draw_contacts };
+pub const ADHESION_MAPS: Definition =
+    Definition { name: "adhesion-maps", title: "Contact maps along the path", draw: draw_paths };
 
 /// Loads at which maps are drawn. If a study does not have one of these loads, the nearest load is
 /// used.
-pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
+const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
+/// Largest number of states before and after the state with the smallest mean gap.
+const BEFORE: usize = 2;
+const AFTER: usize = 3;
 /// Pixels per side of a map.
 const PIXELS: usize = 256;
+/// Largest number of maps of one slider; each takes a few kilobytes of the page.
+const MOST: usize = 16;
 
-fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
-    let (mut by_sample, mut sliders) = (Vec::new(), Vec::new());
+fn draw_contacts(data: &FigureData) -> Result<Drawn, ReportError> {
     let samples = extremes(samples::first_surfaces(data.finished)?);
     let lower = |sample: &Sample| Some(sample.random()?.spectrum.k_lower);
     let of_points = match samples.as_slice() {
@@ -45,24 +59,21 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
         }
         _ => " of the first and the last parameter point",
     };
-    for sample in samples {
-        let Some(pressed) = Pressed::read(data, &sample)? else {
-            return Ok(Drawn::gone(
-                "contact maps, which are no longer in the store; run the study to compute them again",
-            ));
+    let (mut by_sample, mut sliders) = (Vec::new(), Vec::new());
+    for sample in &samples {
+        let contacts = match Contacts::read(data, sample, false)? {
+            Stored::Lost => return Ok(lost()),
+            Stored::None => continue,
+            Stored::Contacts(contacts) => contacts,
         };
-        if pressed.states.is_empty() {
-            continue;
-        }
-        let label = data.styles.label(&pressed.point);
-        let panels = pressed.panels(label.as_deref(), &data.loads);
-        by_sample.push(panels);
-        if pressed.states.len() > 1 {
-            sliders.push(pressed.slider(label.unwrap_or_default(), &data.loads));
-        }
-    }
-    if by_sample.is_empty() {
-        return Ok(Drawn::NotAsked);
+        let label = data.styles.label(&contacts.point);
+        let rows = contacts.by_load()?;
+        by_sample.push(contacts.panels(data, label.as_deref(), &rows)?);
+        let step = |row: usize| {
+            let picture = Raster::from_contact(&contacts.set(CONTACT, row)?);
+            Ok((contacts.load(data, row)?, picture))
+        };
+        sliders.extend(contacts.slider(data, label, "load", &rows, step)?);
     }
     let has_overlay = by_sample.iter().any(|panels| panels.len() > 1);
     let mut caption =
@@ -77,8 +88,82 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     } else {
         in_rows(3, by_sample.concat())
     };
+    Ok(drawn(rows, caption, sliders))
+}
+
+/// Draws the maps of the first and the last surface on which a path is computed.
+fn draw_paths(data: &FigureData) -> Result<Drawn, ReportError> {
+    let is_path = |recipe: &Recipe| matches!(recipe, Recipe::Adhesion(_));
+    if !data.finished.plan.tasks.iter().any(|task| is_path(&task.recipe)) {
+        return Ok(Drawn::NotAsked);
+    }
+    let mut samples = samples::first_surfaces(data.finished)?;
+    if samples.len() > 2 {
+        samples.drain(1..samples.len() - 1);
+    }
+    let (mut rows, mut sliders) = (Vec::new(), Vec::new());
+    let mut has_pressures = false;
+    for sample in &samples {
+        let path = match Contacts::read(data, sample, true)? {
+            Stored::Lost => return Ok(lost()),
+            Stored::None => continue,
+            Stored::Contacts(path) => path,
+        };
+        let label = data.styles.label(&path.point).filter(|_| samples.len() > 1);
+        let states = path.shown_states()?;
+        let contacts: Vec<Vec<f64>> =
+            states.iter().map(|&row| path.states_of_nodes(row)).collect::<Result<_, _>>()?;
+        let contact = path.state_panels(data, label.as_deref(), &states, |index| {
+            path.values(Quantity::AdhesiveContact, &contacts[index], None)
+        });
+        rows.extend(in_rows(3, contact?));
+        let all: Option<Vec<_>> = states.iter().map(|&row| path.pressures(row)).collect();
+        let stored = all.unwrap_or_default();
+        has_pressures |= !stored.is_empty();
+        let unit = pressure_unit(&path.table);
+        let shown = &states[..stored.len()];
+        let pressures = path.state_panels(data, label.as_deref(), shown, |index| {
+            path.values(Quantity::Pressure, &stored[index], unit.as_deref())
+        });
+        rows.extend(in_rows(3, pressures?));
+        let gaps = path.table.reals(MEAN_GAP.name)?;
+        let bound: Vec<usize> = (0..path.table.rows()).filter(|&row| gaps.is_valid(row)).collect();
+        let step = |row: usize| {
+            let contact = path.states_of_nodes(row)?;
+            let values = path.values(Quantity::AdhesiveContact, &contact, None);
+            let [_, branch] = path.state(data, row)?;
+            Ok((format!("{}, {branch}", path.load(data, row)?), values.raster(&values.scale())))
+        };
+        sliders.extend(path.slider(data, label, "state", &bound, step)?);
+    }
+    let pressures = if has_pressures {
+        "In the maps of pressures, blue nodes are pulled and red nodes are pushed."
+    } else {
+        "With `pressures = \"all\"` in the stage, maps of the pressures follow."
+    };
+    let of_points =
+        if samples.len() > 1 { " of the first and the last parameter point" } else { "" };
+    let caption = format!(
+        "Contact on the first surface{of_points} before, at and after the smallest mean gap, as \
+         counted on the mesh. Red nodes have positive pressure (pushed). Blue nodes are in contact \
+         and are pulled. {pressures}"
+    );
+    Ok(drawn(rows, caption, sliders))
+}
+
+fn lost() -> Drawn {
+    Drawn::gone(
+        "contact maps, which are no longer in the store; run the study to compute them again",
+    )
+}
+
+fn drawn(rows: Vec<Vec<Panel>>, caption: String, sliders: Vec<Value>) -> Drawn {
+    if rows.is_empty() {
+        return Drawn::NotAsked;
+    }
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
-    Ok(Drawn::figure(Figure::from_panels(rows, panel), caption).with_sliders(sliders))
+    let figure = Box::new(Figure::from_panels(rows, panel));
+    Drawn::Figure { figure, caption, sliders }
 }
 
 /// Keeps the samples with the smallest and the largest lower cutoff, each with its smallest upper
@@ -91,262 +176,265 @@ fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     samples.sort_by_key(cutoffs);
     let lower = |sample: &Sample| cutoffs(sample).map(|(k_lower, _)| k_lower);
     let [smallest, largest] = [samples.first(), samples.last()].map(|one| one.and_then(lower));
-    let last = if smallest == largest {
-        samples.len().saturating_sub(1)
-    } else {
-        samples.iter().position(|sample| lower(sample) == largest).unwrap_or(0)
-    };
-    let mut count = 0;
-    samples.retain(|_| {
-        count += 1;
-        count == 1 || count == last + 1
-    });
+    let is_last = |sample: &Sample| smallest != largest && lower(sample) == largest;
+    let last = samples.iter().position(is_last).unwrap_or(samples.len().saturating_sub(1));
+    samples.truncate(last + 1);
+    if samples.len() > 2 {
+        samples.drain(1..samples.len() - 1);
+    }
     samples
 }
 
-/// A surface with its contacts at one parameter point.
-struct Pressed {
+/// Contacts on a surface in the store.
+enum Stored {
+    Contacts(Box<Contacts>),
+    /// The store has lost the maps.
+    Lost,
+    /// The study has not computed a contact on the surface.
+    None,
+}
+
+/// Contacts on a surface at its first parameter point: one row for each load or state.
+struct Contacts {
     point: Point,
-    /// Sides of the map, in `unit`.
-    size: [f64; 2],
-    /// Unit of the sides and gaps, if known.
+    table: Table,
+    grid: Grid,
+    /// Unit of lengths, if known.
     unit: Option<String>,
-    /// Contacts by load. The key has the bits of the load, which sort like positive numbers.
-    states: BTreeMap<u64, State>,
 }
 
-/// Contact map and mean gap at a load.
-struct State {
-    map: ContactMap,
-    mean_gap: f64,
-    /// Mean pressure in the unit of the tables.
-    pressure: f64,
-}
-
-impl Pressed {
-    /// Reads the contacts of the surface at all loads of the first parameter point. Returns `None`
-    /// if the store has lost maps.
-    fn read(data: &FigureData, sample: &Sample) -> Result<Option<Pressed>, ReportError> {
+impl Contacts {
+    /// Reads the contacts of a surface: those of a path with adhesion, or those at all loads.
+    fn read(data: &FigureData, sample: &Sample, is_path: bool) -> Result<Stored, ReportError> {
         let FinishedStages { plan, archive, .. } = data.finished;
-        let mut pressed = Pressed {
-            point: sample.point.clone(),
-            size: sample.params.size(),
-            unit: None,
-            states: BTreeMap::new(),
-        };
         let mut first = None;
+        let mut tables = Vec::new();
         for task in &plan.tasks {
-            let Recipe::Solve(params) = &task.recipe else {
-                continue;
+            let point = match &task.recipe {
+                Recipe::Solve(params) if !is_path => {
+                    ParameterPoint::from_cells(params.coordinates())
+                }
+                Recipe::Adhesion(_) if is_path && tables.is_empty() => ParameterPoint::default(),
+                _ => continue,
             };
             if task.inputs != [sample.task] || archive.have(&[&task.table]) == [false] {
                 continue;
             }
-            let point = ensemble::ParameterPoint::from_cells(params.coordinates());
             if *first.get_or_insert_with(|| point.clone()) != point {
                 continue;
             }
             if !archive.store().has(&task.table) {
-                return Ok(None);
+                return Ok(Stored::Lost);
             }
-            pressed.add(&data.finished.stored(task)?)?;
+            tables.push(data.finished.stored(task)?);
         }
-        pressed.unit = data.units.at(&pressed.point).map(str::to_owned);
-        Ok(Some(pressed))
+        let table = Table::stack(&tables)?;
+        if table.rows() == 0 {
+            return Ok(Stored::None);
+        }
+        let point = points::at_row(&table, 0);
+        Ok(Stored::Contacts(Box::new(Contacts {
+            grid: Grids::new(&table)?.grid(0).map_err(ReportError::Surface)?,
+            unit: data.units.at(&point).map(str::to_owned),
+            point,
+            table,
+        })))
     }
 
-    fn add(&mut self, block: &Table) -> Result<(), ReportError> {
-        if block.rows() == 0 {
-            return Ok(());
-        }
-        self.point = points::at_row(block, 0);
-        let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
-        let pressures = block.reals(PRESSURE.name)?;
-        let bits = block.bytes(CONTACT.name)?;
-        let grids = Grids::new(block)?;
-        for row in 0..block.rows() {
-            let grid = grids.grid(row).map_err(ReportError::Surface)?;
-            self.size = grid.cell().size();
-            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row))
-                .map_err(|error| ReportError::Surface(StageError::Map(error)))?;
-            let mean_gap = gaps.value(row);
-            let state = State { map, mean_gap, pressure: pressures.value(row) };
-            self.states.insert(loads.value(row).to_bits(), state);
-        }
-        Ok(())
+    fn set(&self, column: Column, row: usize) -> Result<ContactMap, ReportError> {
+        let bytes = self.table.bytes(column.name)?.value(row);
+        let map = ContactMap::from_bytes(self.grid.nodes(), bytes);
+        map.map_err(|error| ReportError::Surface(StageError::Map(error)))
     }
 
-    /// Returns the maps at the shown loads and, for several loads, one map that combines them.
-    fn panels(&self, label: Option<&str>, loads: &Loads) -> Vec<Panel> {
+    fn number(&self, column: Column, row: usize) -> Result<f64, TableError> {
+        Ok(self.table.reals(column.name)?.value(row))
+    }
+
+    fn load(&self, data: &FigureData, row: usize) -> Result<String, TableError> {
+        Ok(data.loads.text(self.number(LOAD, row)?, self.number(PRESSURE, row)?))
+    }
+
+    /// Returns the rows with different loads, by their loads.
+    fn by_load(&self) -> Result<Vec<usize>, TableError> {
+        let loads = self.table.reals(LOAD.name)?;
+        let mut rows: Vec<usize> = (0..self.table.rows()).collect();
+        rows.sort_by(|&one, &other| loads.value(one).total_cmp(&loads.value(other)));
+        rows.dedup_by_key(|row| loads.value(*row));
+        Ok(rows)
+    }
+
+    /// Returns the maps at the rows nearest to [`SHOWN_LOADS`], each once, and, for several loads,
+    /// one map that combines them.
+    fn panels(
+        &self,
+        data: &FigureData,
+        label: Option<&str>,
+        rows: &[usize],
+    ) -> Result<Vec<Panel>, ReportError> {
+        let loads = self.table.reals(LOAD.name)?;
+        let mut left = rows.to_vec();
+        let mut shown = Vec::new();
+        for wanted in SHOWN_LOADS {
+            let distance = |row: &usize| (loads.value(*row) / wanted).ln().abs();
+            let order = |&one: &usize, &other: &usize| {
+                distance(&left[one]).total_cmp(&distance(&left[other]))
+            };
+            let nearest = (0..left.len()).min_by(order);
+            shown.extend(nearest.map(|index| left.remove(index)));
+        }
+        shown.sort_by(|&one, &other| loads.value(one).total_cmp(&loads.value(other)));
+        let maps =
+            shown.iter().map(|&row| self.set(CONTACT, row)).collect::<Result<Vec<_>, _>>()?;
         let before = label.map_or_else(String::new, |label| format!("{label} · "));
-        let shown = self.nearest();
-        let states = shown.iter().map(|load| (load, &self.states[load]));
-        let mut panels: Vec<Panel> = ('a'..)
-            .zip(states.clone())
-            .map(|(letter, (load, state))| {
-                let load = match loads {
-                    Loads::Reduced => format!("load {:.3}", f64::from_bits(*load)),
-                    Loads::Pressures { .. } => loads.text(f64::from_bits(*load), state.pressure),
-                };
-                let letter = if shown.len() > 1 { format!("({letter}) ") } else { String::new() };
-                let title = format!("{before}{letter}{load}");
-                self.panel(title, &Raster::from_contact(&state.map))
+        let panel = |title: &str, picture: Raster| {
+            let size = self.grid.cell().size();
+            let title = format!("{before}{title}");
+            Panel::Map(MapPanel {
+                scale_bar: scale_bar(size[0], self.unit.as_deref()),
+                ..MapPanel::new(title, picture.at_most(PIXELS), size)
             })
-            .collect();
-        if panels.len() < 2 {
-            return panels;
-        }
-        let maps: Vec<ContactMap> = states.map(|(_, state)| state.map.clone()).collect();
-        let title = format!("{before}all loads");
-        panels.push(self.panel(title, &Raster::from_contacts(&maps)));
-        panels
-    }
-
-    fn panel(&self, title: String, picture: &Raster) -> Panel {
-        Panel::Map(MapPanel {
-            scale_bar: scale_bar(self.size[0], self.unit.as_deref()),
-            ..MapPanel::new(title, picture.at_most(PIXELS), self.size)
-        })
-    }
-
-    /// Returns the loads nearest to [`SHOWN_LOADS`], each once.
-    fn nearest(&self) -> BTreeSet<u64> {
-        let mut left: BTreeSet<u64> = self.states.keys().copied().collect();
-        let mut chosen = BTreeSet::new();
-        for shown in SHOWN_LOADS {
-            let distance = |bits: u64| (f64::from_bits(bits) / shown).ln().abs();
-            let nearest = left
-                .iter()
-                .copied()
-                .min_by(|&one, &other| distance(one).total_cmp(&distance(other)));
-            chosen.extend(nearest.and_then(|load| left.take(&load)));
-        }
-        chosen
-    }
-
-    /// Returns a slider with maps at up to [`MOST`] loads, evenly spread over all loads of the
-    /// surface.
-    fn slider(&self, label: String, loads: &Loads) -> LoadSlider {
-        let states: Vec<(&u64, &State)> = self.states.iter().collect();
-        let step = |index: usize| {
-            let (load, State { map, mean_gap, pressure }) = states[index];
-            let load = loads.text(f64::from_bits(*load), *pressure);
-            let area = ContactArea::from_map(map).fraction();
-            let picture = Raster::from_contact(map).at_most(PIXELS);
-            let unit = self.unit.as_deref();
-            Step::new(load, area, *mean_gap, unit, &picture)
         };
-        let steps = spread(states.len()).map(step).collect();
-        LoadSlider {
-            label,
-            one: "load",
-            loads: states.len(),
-            ..LoadSlider::new(loads.name(), self.size, self.unit.as_deref(), steps)
+        let mut panels = Vec::new();
+        for ((letter, &row), map) in ('a'..).zip(&shown).zip(&maps) {
+            let load = match data.loads {
+                Loads::Reduced => format!("load {:.3}", loads.value(row)),
+                Loads::Pressures { .. } => self.load(data, row)?,
+            };
+            let letter = if shown.len() > 1 { format!("({letter}) ") } else { String::new() };
+            panels.push(panel(&format!("{letter}{load}"), Raster::from_contact(map)));
         }
+        if maps.len() > 1 {
+            panels.push(panel("all loads", Raster::from_contacts(&maps)));
+        }
+        Ok(panels)
     }
-}
 
-/// Largest number of maps of one slider; each takes a few kilobytes of the page.
-const MOST: usize = 16;
+    /// Returns the rows of the shown states: those with contact around the smallest mean gap, and
+    /// the last one with contact.
+    fn shown_states(&self) -> Result<Vec<usize>, ReportError> {
+        let gaps = self.table.reals(MEAN_GAP.name)?;
+        let mut touching = Vec::new();
+        for row in (0..self.table.rows()).filter(|&row| gaps.is_valid(row)) {
+            if ContactArea::from_map(&self.set(CONTACT, row)?).contact_nodes > 0 {
+                touching.push(row);
+            }
+        }
+        let order = |&one: &usize, &other: &usize| {
+            gaps.value(touching[one]).total_cmp(&gaps.value(touching[other]))
+        };
+        let Some(nearest) = (0..touching.len()).min_by(order) else { return Ok(Vec::new()) };
+        let (before, after) = (&touching[..nearest], &touching[nearest + 1..]);
+        let pick = |from: &[usize], most: usize, last: usize| -> Vec<usize> {
+            let count = from.len().min(most);
+            (1..=count).map(|at| from[(at * from.len()).div_ceil(count + last) - 1]).collect()
+        };
+        // The states before are inside of their range, and the last state after is at its end.
+        let rows = [pick(before, BEFORE, 1), vec![touching[nearest]], pick(after, AFTER, 0)];
+        Ok(rows.concat())
+    }
 
-#[derive(Debug, Serialize)]
-pub struct LoadSlider {
-    /// Label of the surface, which is empty if it is the only one.
-    pub label: String,
-    /// Name of the loads in the text below the slider.
-    pub load_name: &'static str,
-    /// Word for a step of the slider: `load`, or `state` of a path.
-    pub one: &'static str,
-    /// Sides of the maps along x and y, relative to the longer one.
-    pub size: [f64; 2],
-    /// Scale bar, if the unit of length is known.
-    pub scale: Option<SliderScale>,
-    /// Maps at ascending loads, spread over all loads.
-    pub steps: Vec<Step>,
-    pub loads: usize,
-}
+    /// Returns 0 for nodes that are apart, 1 for pulled and 2 for pushed nodes.
+    fn states_of_nodes(&self, row: usize) -> Result<Vec<f64>, ReportError> {
+        let sets = [self.set(CONTACT, row)?, self.set(REPULSIVE, row)?];
+        let value = |node| {
+            let [i, j] = self.grid.indices(node);
+            sets.iter().filter(|set| set.get(i, j)).count() as f64
+        };
+        Ok((0..self.grid.count()).map(value).collect())
+    }
 
-impl LoadSlider {
-    /// Creates a slider of maps with these sides, in `unit`.
-    pub fn new(
-        load_name: &'static str,
-        size: [f64; 2],
-        unit: Option<&str>,
-        steps: Vec<Step>,
-    ) -> LoadSlider {
-        LoadSlider {
-            label: String::new(),
-            load_name,
-            one: "state",
-            size: size.map(|side| side / size[0].max(size[1])),
-            scale: scale_bar(size[0], unit)
-                .map(|bar| SliderScale { percent: 100.0 * bar.length / size[0], label: bar.label }),
-            loads: steps.len(),
+    /// Returns the stored pressures of a state.
+    fn pressures(&self, row: usize) -> Option<Vec<f64>> {
+        let lists = self.table.lists(PRESSURES.name).ok()?;
+        let list = lists.is_valid(row).then(|| lists.value(row))?;
+        Some(list.as_primitive::<Float64Type>().values().to_vec()).filter(|list| !list.is_empty())
+    }
+
+    /// Returns the load or the mean gap that identifies a state, with its name, and its branch:
+    /// `mean gap 20 nm`.
+    fn state(&self, data: &FigureData, row: usize) -> Result<[String; 2], ReportError> {
+        let given = if load_column(&self.table) == MEAN_GAP.name {
+            let gap = length_in_words(self.number(MEAN_GAP, row)?, self.unit.as_deref());
+            format!("mean gap {gap}")
+        } else {
+            format!("{} {}", data.loads.name(), self.load(data, row)?)
+        };
+        Ok([given, self.table.texts(BRANCH.name)?.value(row).to_owned()])
+    }
+
+    fn values<'v>(
+        &'v self,
+        quantity: Quantity,
+        values: &'v [f64],
+        unit: Option<&'v str>,
+    ) -> NodeValues<'v> {
+        let effective_modulus = self.number(EFFECTIVE_MODULUS, 0).unwrap_or(1.0);
+        let length_unit = self.unit.as_deref();
+        NodeValues { quantity, values, grid: self.grid, unit, length_unit, effective_modulus }
+    }
+
+    /// Returns panels with the letters of their states on one scale, with few pixels.
+    fn state_panels<'v>(
+        &self,
+        data: &FigureData,
+        label: Option<&str>,
+        rows: &[usize],
+        values: impl Fn(usize) -> NodeValues<'v>,
+    ) -> Result<Vec<Panel>, ReportError> {
+        let scales = (0..rows.len()).map(|index| values(index).scale());
+        let Some(scale) = scales.reduce(Scale::covering) else { return Ok(Vec::new()) };
+        let before = label.map_or_else(String::new, |label| format!("{label} · "));
+        let panel = |(index, (letter, &row)): (usize, (char, &usize))| {
+            let [given, branch] = self.state(data, row)?;
+            let title = format!("{before}({letter}) {given} · {branch}");
+            let panel = values(index).panel(title, &scale);
+            Ok(Panel::Map(MapPanel { raster: panel.raster.at_most(PIXELS), ..panel }))
+        };
+        ('a'..).zip(rows).enumerate().map(panel).collect()
+    }
+
+    /// Returns a slider with maps of up to [`MOST`] of these rows, or `None` for a single row.
+    /// `one` is the word for a row: `load`, or `state` of a path. `step` returns the text and the
+    /// picture of a row.
+    fn slider(
+        &self,
+        data: &FigureData,
+        label: Option<String>,
+        one: &'static str,
+        rows: &[usize],
+        step: impl Fn(usize) -> Result<(String, Raster), ReportError>,
+    ) -> Result<Option<Value>, ReportError> {
+        let unit = self.unit.as_deref();
+        let step = |index: usize| {
+            let row = rows[index];
+            let (load, picture) = step(row)?;
+            let area = ContactArea::from_map(&self.set(CONTACT, row)?).fraction();
+            Ok::<_, ReportError>(context! {
+                load,
+                area => format!("{} %", digits(100.0 * area, 3)),
+                mean_gap => length_in_words(self.number(MEAN_GAP, row)?, unit),
+                picture => BASE64_STANDARD.encode(picture.at_most(PIXELS).to_png()),
+            })
+        };
+        if rows.len() < 2 {
+            return Ok(None);
+        }
+        let size = self.grid.cell().size();
+        let relative = size.map(|side| side / size[0].max(size[1]));
+        let scale = scale_bar(size[0], unit).map(|bar| {
+            // The length in per cent of the width of the maps.
+            context! { percent => 100.0 * bar.length / size[0], label => bar.label }
+        });
+        let steps = spread(rows.len(), MOST).map(step).collect::<Result<Vec<_>, _>>()?;
+        Ok(Some(context! {
+            label => label.unwrap_or_default(),
+            load_name => data.loads.name(),
+            one,
+            size => relative.to_vec(),
+            scale,
             steps,
-        }
-    }
-}
-
-#[derive(Debug, Serialize)]
-pub struct SliderScale {
-    /// Length in per cent of the width of the maps.
-    pub percent: f64,
-    pub label: String,
-}
-
-/// A contact map, with its load, area and mean gap as text.
-#[derive(Debug, Serialize)]
-pub struct Step {
-    /// Load in the unit of the manifest.
-    pub load: String,
-    /// Contact area in per cent.
-    pub area: String,
-    /// Mean gap with its unit, if known.
-    pub mean_gap: String,
-    /// PNG file in base 64.
-    pub picture: String,
-}
-
-impl Step {
-    /// Creates a step from the text of the load, the area fraction and the mean gap in the unit of
-    /// the surface.
-    pub fn new(
-        load: String,
-        area: f64,
-        mean_gap: f64,
-        unit: Option<&str>,
-        picture: &Raster,
-    ) -> Step {
-        Step {
-            load,
-            area: format!("{} %", digits(100.0 * area, 3)),
-            mean_gap: length_in_words(mean_gap, unit),
-            picture: BASE64_STANDARD.encode(picture.to_png()),
-        }
-    }
-}
-
-/// Returns at most [`MOST`] of `count` indices, evenly spread, with the first and the last.
-pub fn spread(count: usize) -> impl Iterator<Item = usize> {
-    let steps = count.min(MOST);
-    (0..steps).map(move |step| match steps {
-        1 => 0,
-        _ => step * (count - 1) / (steps - 1),
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_and_the_last_load_are_shown_and_each_at_most_once() {
-        for count in [1, 2, 15, 16, 17, 90] {
-            let steps: Vec<usize> = spread(count).collect();
-            assert_eq!(steps.len(), count.min(MOST));
-            assert_eq!([steps[0], *steps.last().unwrap()], [0, count - 1]);
-            assert!(steps.is_sorted_by(|one, next| one < next), "{steps:?}");
-        }
-        assert_eq!(spread(0).count(), 0);
+            loads => rows.len(),
+        }))
     }
 }

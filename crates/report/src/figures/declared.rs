@@ -6,7 +6,6 @@ mod series_key;
 
 use std::collections::BTreeSet;
 
-use asperity_manifest::diagnostics::listed;
 use asperity_pipeline::study::figures::{
     FacetPlace, FigureSize, FigureSpec, PanelSpec, Quantity, Scales, Value as Selected,
 };
@@ -28,7 +27,8 @@ use crate::finished::FinishedStage;
 use crate::plotted::{Point, Points};
 use crate::points::{self, number};
 use crate::styles::Styles;
-use crate::symbols::{self, AxisUnit, Labels};
+use crate::symbols::{self, Labels};
+use crate::units::{Scaled, digits};
 
 /// Largest number of values of a parameter that the legend lists; a colour scale shows more.
 const MOST_ENTRIES: usize = 12;
@@ -169,7 +169,10 @@ struct PanelOf<'a> {
 impl Plot<'_> {
     fn draw(&self) -> Result<Drawn, ReportError> {
         if self.points().next().is_none() {
-            return Ok(lacking(self.no_rows()));
+            return Ok(lacking(match self.figure.selection.is_empty() {
+                true => format!("values in the table of the stage `{}`", self.stage.name),
+                false => "rows with the values in `where`".to_owned(),
+            }));
         }
         let is_hidden = |one: &Drawing, point: &Point| !can_show(one.panel, point);
         let hidden_of =
@@ -184,7 +187,10 @@ impl Plot<'_> {
         let panels = self.panels();
         let has_many = self.looks.is_none() && key.colours.len() * key.further.len() > MOST_SERIES;
         if has_many || panels.len() > MOST_PANELS {
-            return Ok(lacking(self.too_many()));
+            return Ok(lacking(format!(
+                "fewer series or panels, since at most {MOST_SERIES} and {MOST_PANELS} can be told \
+                 apart; select values of parameters with `where`"
+            )));
         }
         let mut charts = Vec::new();
         for panel in &panels {
@@ -227,7 +233,7 @@ impl Plot<'_> {
             let needs = format!("a `height` of at least {least} mm for its title, axes and legend");
             return Ok(lacking(needs));
         }
-        Ok(Drawn::figure(figure, self.caption(hidden)?))
+        Ok(Drawn::figure(figure, self.caption(hidden)))
     }
 
     fn points(&self) -> impl Iterator<Item = &Point> {
@@ -237,29 +243,6 @@ impl Plot<'_> {
     /// Returns whether the figure has curves.
     fn has_curves(&self) -> bool {
         self.figure.panels.iter().any(|panel| !panel.curves.is_empty())
-    }
-
-    fn no_rows(&self) -> String {
-        let selected = self.figure.selection.keys().map(|name| {
-            let known = self.labels.values(&self.stage.table, name);
-            format!("`{name}` has the values {known}")
-        });
-        let selected: Vec<String> = selected.collect();
-        match selected.as_slice() {
-            [] => format!("values in the table of the stage `{}`", self.stage.name),
-            _ => format!("rows with the values in `where`: {}", selected.join("; ")),
-        }
-    }
-
-    fn too_many(&self) -> String {
-        let points = &self.drawings[0].points;
-        let columns = points.colour.iter().chain(&self.figure.facet).chain(&points.others);
-        let columns = columns.map(String::as_str);
-        format!(
-            "fewer series or panels: at most {MOST_SERIES} and {MOST_PANELS} can be told apart. \
-             Points differ in {}; select values of them with `where`",
-            listed(columns, "and"),
-        )
     }
 
     /// Returns the panels, by facets and then by vertical axes.
@@ -451,12 +434,7 @@ impl Plot<'_> {
     }
 
     /// Converts points to the units of the axes.
-    fn placed(
-        &self,
-        points: &[&Point],
-        [x, y]: [&AxisUnit; 2],
-        spacing: Spacing,
-    ) -> Vec<DataPoint> {
+    fn placed(&self, points: &[&Point], [x, y]: [&Scaled; 2], spacing: Spacing) -> Vec<DataPoint> {
         let is_clipped = self.looks.is_some() && spacing == Spacing::Logarithmic;
         let place = |point: &&Point| {
             // Bars that reach zero have no end on a logarithmic axis.
@@ -544,8 +522,8 @@ impl Plot<'_> {
         let numbers = key.numbers.as_ref().filter(|numbers| numbers.len() > MOST_ENTRIES)?;
         let name = self.drawings[0].points.colour.as_deref()?;
         let unit = self.labels.unit(name, numbers.iter().copied());
-        let [lowest, highest] = [numbers.first()?, numbers.last()?]
-            .map(|number| crate::units::digits(unit.factor * number, 4));
+        let [lowest, highest] =
+            [numbers.first()?, numbers.last()?].map(|number| digits(unit.factor * number, 4));
         Some(ColourScale { label: unit.label(&symbols::name(name)), lowest, highest })
     }
 }

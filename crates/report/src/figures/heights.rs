@@ -13,8 +13,8 @@ use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
-use crate::samples::{self, FILE_IS_GONE, MeasuredMap, MeasuredMaps, RANGE, Sample, ShownMap};
-use crate::units::{LengthUnit, digits, scale_bar};
+use crate::samples::{self, FILE_IS_GONE, MeasuredMap, RANGE, Sample};
+use crate::units::{Unit, digits, scale_bar};
 use asperity_stages::surface::Heights;
 
 pub const MAPS: Definition =
@@ -32,7 +32,7 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     if samples.is_empty() {
         return Ok(Drawn::NotAsked);
     }
-    let MeasuredMaps::There(measured) = &data.maps else {
+    let Some(measured) = &data.maps else {
         return Ok(Drawn::gone(FILE_IS_GONE));
     };
     let mut panels: Vec<Panel> = Vec::new();
@@ -114,33 +114,27 @@ fn of_sample(data: &FigureData, sample: &Sample) -> Result<MapPanel, ReportError
             MapPanel::new(title, raster, size)
         }
         Some(unit) => {
-            let heights = HeightMap::new(grid.nodes(), heights, PIXELS);
-            panel(title, &ShownMap { heights, size }, Some(unit))
+            let map = HeightMap::new(grid.nodes(), size, heights, PIXELS);
+            panel(title, &map, Some(unit))
         }
     })
 }
 
 /// Returns a map with its scale bar and colour bar.
-fn panel(title: String, map: &ShownMap, unit: Option<&str>) -> MapPanel {
-    let ShownMap { heights, size } = map;
+fn panel(title: String, map: &HeightMap, unit: Option<&str>) -> MapPanel {
     MapPanel {
-        scale_bar: scale_bar(size[0], unit),
-        colour_bar: heights.range.map(|range| Box::new(colour_bar(heights, range, unit))),
-        ..MapPanel::new(title, heights.raster.clone(), *size)
+        scale_bar: scale_bar(map.size[0], unit),
+        colour_bar: map.range.map(|range| Box::new(colour_bar(map, range, unit))),
+        ..MapPanel::new(title, map.raster.clone(), map.size)
     }
 }
 
 fn colour_bar(heights: &HeightMap, range: [f64; 2], unit: Option<&str>) -> ColourBar {
-    let shared = LengthUnit::common([unit]);
+    let shared = Unit::of_lengths([unit]);
     let range = range.map(|height| shared.factor(unit) * height);
     let scaled = shared.scaled(range[0].abs().max(range[1].abs()));
-    let text = |height: f64| {
-        let number = digits(scaled.factor * height, 3);
-        match shared {
-            LengthUnit::Unknown => number,
-            LengthUnit::Metre | LengthUnit::Named(_) => format!("{number} {}", scaled.unit),
-        }
-    };
+    let unit = shared.name().map_or_else(String::new, |_| format!(" {}", scaled.unit));
+    let text = |height: f64| digits(scaled.factor * height, 3) + &unit;
     ColourBar { colours: heights.colours.clone(), numbers: BarNumbers::Ends(range.map(text)) }
 }
 
@@ -174,8 +168,8 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
 /// Returns linear and logarithmic charts of the densities of measured surfaces, and their caption,
 /// or `None` without measured surfaces.
 fn measured_charts(data: &FigureData) -> Option<(Vec<Chart>, String)> {
-    let maps = data.maps.there();
-    let shared = LengthUnit::common(maps.iter().map(|map| map.unit.as_deref()));
+    let maps = data.maps.as_deref().unwrap_or_default();
+    let shared = Unit::of_lengths(maps.iter().map(|map| map.unit.as_deref()));
     let rms = |map: &MeasuredMap| shared.factor(map.unit.as_deref()) * map.histogram.rms_height;
     let largest = maps.iter().map(rms).reduce(f64::max)?;
     let scaled = shared.scaled(largest);

@@ -12,7 +12,7 @@ use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
 use crate::points::{self, holds};
 use crate::surface_curves::{self, CurvePoint, SurfaceCurve, thinned};
-use crate::units::{LengthUnit, digits};
+use crate::units::{Unit, digits};
 use crate::{ReportError, samples};
 use asperity_mechanics::topography::surface;
 use asperity_stages::columns::{
@@ -95,7 +95,7 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
         return Ok(None);
     }
     let points = spectra.iter().chain(&stitched).map(|spectrum| &spectrum.point);
-    let shared = LengthUnit::common(points.map(|point| data.units.at(point)));
+    let shared = Unit::of_lengths(points.map(|point| data.units.at(point)));
     let (per_length, fourth) = (shared.power("⁻¹"), shared.power("⁴"));
     let mut chart = Chart::new(
         Axis::logarithmic(format!("wavenumber q = 2π/λ, {per_length}")),
@@ -178,7 +178,7 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
             }
         }
     }
-    for map in data.maps.there() {
+    for map in data.maps.iter().flatten() {
         if spectra.iter().all(|known| !holds(&map.point, &known.point)) {
             spectra.push(SurfaceCurve {
                 point: map.point.clone(),
@@ -284,7 +284,7 @@ impl FittedLaw {
     }
 
     /// Returns text such as `scan.x3p H = 0.82 (0.79 to 0.85), roll-off at a wavelength of 2.1 µm`.
-    fn description(&self, label: &str, shared: &LengthUnit, factor: f64) -> String {
+    fn description(&self, label: &str, shared: &Unit, factor: f64) -> String {
         let mut text = format!("{label} H = {}", digits(self.hurst, 3));
         if let Some([lower, upper]) = self.interval {
             text += &format!(" ({} to {})", digits(lower, 3), digits(upper, 3));
@@ -312,7 +312,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     if curves.is_empty() {
         return Ok(Drawn::missing_surfaces(data));
     }
-    let shared = LengthUnit::common(curves.iter().map(|curve| data.units.at(&curve.point)));
+    let shared = Unit::of_lengths(curves.iter().map(|curve| data.units.at(&curve.point)));
     let in_unit = |curve: &SurfaceCurve| -> Vec<(f64, f64)> {
         let factor = shared.factor(data.units.at(&curve.point));
         let points = curve.points.iter();
@@ -353,7 +353,7 @@ fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
         curves.extend(found.into_iter().filter(is_new));
     }
     let known = curves.clone();
-    for map in data.maps.there() {
+    for map in data.maps.iter().flatten() {
         if known.iter().any(|curve| holds(&map.point, &curve.point)) {
             continue;
         }

@@ -4,7 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::Array;
-use serde::Serialize;
+use minijinja::value::Serde;
+use minijinja::{Value, context};
 
 use super::ShownColumn;
 use crate::Subject;
@@ -15,6 +16,7 @@ use crate::finished::{FinishedStage, FinishedStages};
 use crate::loads::Loads;
 use crate::plotted::reals;
 use crate::points::{self, distinct, independent};
+use crate::samples::spread;
 use crate::symbols::{self, Labels};
 use crate::units::{digits, length_in_words};
 use asperity_manifest::keys::quantity;
@@ -41,50 +43,28 @@ const VALUES: usize = 10;
 /// Coordinates of rows that are points of a curve, which a summary does not show.
 const ALONG_CURVES: [&str; 6] = ["bin", "wavenumber", "lag", "distance", "bearing_level", "along"];
 
-#[derive(Debug, Serialize)]
-pub struct Summary {
-    lines: Vec<Line>,
-    results: Vec<ResultTable>,
-}
-
-/// A line with a name, such as `varied`.
-#[derive(Debug, Serialize)]
-struct Line {
-    name: &'static str,
-    text: String,
-    is_alarming: bool,
-}
-
-/// A small table of results.
-#[derive(Debug, Serialize)]
-struct ResultTable {
-    stage: String,
-    caption: String,
-    columns: Vec<ShownColumn>,
-    cells: Vec<Vec<String>>,
-}
-
-impl Summary {
-    pub fn new(subject: &Subject, data: &FigureData) -> Summary {
-        let finished = data.finished;
-        let line = |name, text| Line { name, text, is_alarming: false };
-        let mut lines = vec![line("varied", varied(finished, data))];
-        lines.extend(surfaces(finished).map(|text| line("surfaces", text)));
-        lines.extend(loads(finished, &data.loads).map(|text| line("loads", text)));
-        lines.extend(paths(finished, data).into_iter().map(|text| line("path", text)));
-        lines.extend(convergence(finished));
-        let (done, planned) = subject.tasks();
-        lines.push(if done == planned {
-            line("state", format!("complete: all {planned} tasks are done"))
-        } else {
-            Line {
-                name: "state",
-                text: format!("unfinished: {done} of {planned} tasks are done; figures and tables show their results"),
-                is_alarming: true,
-            }
-        });
-        Summary { lines, results: results(subject, data) }
+/// Returns the lines of the summary, each with a name such as `varied`, and small tables of
+/// results.
+pub fn summary(subject: &Subject, data: &FigureData) -> Value {
+    let finished = data.finished;
+    let line = |name: &str, text: String, is_alarming: bool| context! { name, text, is_alarming };
+    let mut lines = vec![line("varied", varied(finished, data), false)];
+    lines.extend(surfaces(finished).map(|text| line("surfaces", text, false)));
+    lines.extend(loads(finished, &data.loads).map(|text| line("loads", text, false)));
+    for stage in finished.with(&[STEP.name, "pairs"]) {
+        lines.extend(path(&stage.table, data).map(|text| line("path", text, false)));
     }
+    lines.extend(convergence(finished).map(|(text, failed)| line("solver", text, failed)));
+    let (done, planned) = subject.tasks();
+    let state = if done == planned {
+        format!("complete: all {planned} tasks are done")
+    } else {
+        format!(
+            "unfinished: {done} of {planned} tasks are done; figures and tables show their results"
+        )
+    };
+    lines.push(line("state", state, done < planned));
+    context! { lines, results => results(subject, data) }
 }
 
 /// Returns the parameters of surfaces and contacts that have several values, with their values.
@@ -194,12 +174,6 @@ fn loads(finished: &FinishedStages, unit: &Loads) -> Option<String> {
     })
 }
 
-/// Describes the states of each path with adhesion.
-fn paths(finished: &FinishedStages, data: &FigureData) -> Vec<String> {
-    let solved = finished.with(&[STEP.name, "pairs"]);
-    solved.filter_map(|stage| path(&stage.table, data)).collect()
-}
-
 /// Compares numbers by size, and other texts alphabetically.
 fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
     match (one.parse::<f64>(), other.parse::<f64>()) {
@@ -213,21 +187,20 @@ fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
 fn path(table: &Table, data: &FigureData) -> Option<String> {
     let steps = table.integers(STEP.name).ok()?;
     let states = steps.iter().flatten().max()?;
-    let row_of = |wanted: i64| steps.iter().position(|step| step == Some(wanted));
     let column = ensemble::load_column(table);
     let given = table.reals(column).ok()?;
     let unit = data.units.at(&points::at_row(table, 0)).map(str::to_owned);
-    let text = |row: usize| match column {
-        _ if column == MEAN_GAP.name => length_in_words(given.value(row), unit.as_deref()),
-        _ => {
-            let of = |column: &str| table.reals(column).map_or(f64::NAN, |all| all.value(row));
-            data.loads.text(of(LOAD.name), of(PRESSURE.name))
+    let text = |row: usize| {
+        let of = |column: &str| table.reals(column).map_or(f64::NAN, |all| all.value(row));
+        match column == MEAN_GAP.name {
+            true => length_in_words(given.value(row), unit.as_deref()),
+            false => data.loads.text(of(LOAD.name), of(PRESSURE.name)),
         }
     };
-    let first_path: Vec<usize> = (1..=states).filter_map(row_of).collect();
-    let ends = |&one: &usize, &other: &usize| given.value(one).total_cmp(&given.value(other));
-    let least = text(first_path.iter().copied().min_by(ends)?);
-    let most = text(first_path.iter().copied().max_by(ends)?);
+    // The states of the first path.
+    let rows = (1..=states).filter_map(|step| steps.iter().position(|own| own == Some(step)));
+    let order = |&one: &usize, &other: &usize| given.value(one).total_cmp(&given.value(other));
+    let (least, most) = (text(rows.clone().min_by(order)?), text(rows.max_by(order)?));
     let name = if column == MEAN_GAP.name { "mean gaps" } else { data.loads.name() };
     let pulled = table.reals(PULL_OFF_LOAD.name).map_or(0, |loads| loads.iter().flatten().count());
     let pulled = match pulled {
@@ -240,8 +213,9 @@ fn path(table: &Table, data: &FigureData) -> Option<String> {
     Some(format!("{states} state{plural}{each}, {name} from {least} to {most}{pulled}"))
 }
 
-/// Returns the line on the convergence of the solver, if loads were solved.
-fn convergence(finished: &FinishedStages) -> Option<Line> {
+/// Returns the text on the convergence of the solver, and whether loads did not converge, if loads
+/// were solved.
+fn convergence(finished: &FinishedStages) -> Option<(String, bool)> {
     let solved = || finished.with(&["pairs", STOP.name]);
     let are_states = solved().all(|stage| stage.table.has(STEP.name));
     let word = if are_states { "states" } else { "loads" };
@@ -254,11 +228,11 @@ fn convergence(finished: &FinishedStages) -> Option<Line> {
         0 => format!("all {loads} {word} converged"),
         _ => format!("{given_up} of {loads} {word} did not converge"),
     };
-    (loads > 0).then_some(Line { name: "solver", text, is_alarming: given_up > 0 })
+    (loads > 0).then_some((text, given_up > 0))
 }
 
 /// Returns the tables of the main results: aggregates and fits, or else the means of the areas.
-fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
+fn results(subject: &Subject, data: &FigureData) -> Vec<Value> {
     let stages = &subject.study.stages;
     let finished = |name: &str| data.finished.stages.iter().find(|stage| stage.name == name);
     let (mut aggregates, mut fits) = (Vec::new(), Vec::new());
@@ -269,17 +243,9 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
             Some(Recipe::Aggregate(params)) => {
                 let read = stage.inputs.iter().filter_map(|&input| finished(&stages[input].name));
                 let inputs: Vec<Table> = read.map(|stage| stage.table.clone()).collect();
-                match &**params {
-                    aggregate::Params::Groups(groups) => {
-                        aggregates.extend(means(own, &inputs, groups, data));
-                    }
-                    aggregate::Params::Multilevel(levels) => {
-                        aggregates.extend(multilevel_means(own, &inputs, levels, data));
-                    }
-                    aggregate::Params::Sql(_) => {}
-                }
+                aggregates.extend(means(own, &inputs, params, data));
             }
-            Some(Recipe::Fit(fit)) => fits.extend(fitted(own, &own.table, fit.level, data)),
+            Some(Recipe::Fit(fit)) => fits.extend(fitted(own, fit.level, data)),
             _ => {}
         }
     }
@@ -292,7 +258,7 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
 }
 
 /// Returns the means of the contact areas in the last table that has any.
-fn areas(data: &FigureData) -> Option<ResultTable> {
+fn areas(data: &FigureData) -> Option<Value> {
     let has_areas = |stage: &&FinishedStage| [Kind::Measure, Kind::Correct].contains(&stage.kind);
     let columns = [AREA_CORRECTED.name, AREA_FRACTION.name];
     let mut last_first = data.finished.stages.iter().rev().filter(has_areas);
@@ -301,53 +267,42 @@ fn areas(data: &FigureData) -> Option<ResultTable> {
     })?;
     let over = vec![area.to_owned()];
     let groups = Groups { group_by: None, over, statistics: Vec::new(), models: Vec::new() };
-    means(stage, std::slice::from_ref(&stage.table), &groups, data)
+    means(stage, std::slice::from_ref(&stage.table), &aggregate::Params::Groups(groups), data)
 }
 
-/// Returns the multilevel means of the columns of an `aggregate` stage with 95 % intervals.
-fn multilevel_means(
-    stage: &FinishedStage,
-    inputs: &[Table],
-    levels: &Multilevel,
-    data: &FigureData,
-) -> Option<ResultTable> {
-    let statistics = vec![Statistic::Mean, Statistic::Confidence(0.95)];
-    let wanted = Multilevel { statistics, ..levels.clone() };
-    let table = aggregate::multilevel_means(&Table::stack(inputs).ok()?, &wanted).ok()?;
-    let mean = |name: &String| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok();
-    let means = levels.over.iter().filter_map(mean).collect();
-    shown(stage, 0.95, &table, false, means, data)
-}
-
-/// Returns the means of the columns of an `aggregate` stage with 95 % intervals.
+/// Returns the means of the columns of an `aggregate` stage with 95 % intervals, or `None` for a
+/// query.
 fn means(
     stage: &FinishedStage,
     inputs: &[Table],
-    groups: &Groups,
+    params: &aggregate::Params,
     data: &FigureData,
-) -> Option<ResultTable> {
+) -> Option<Value> {
     let input = Table::stack(inputs).ok()?;
-    let schema = input.batch().schema();
-    let over = groups.over.iter().map(|name| absolute_column(&schema, name).to_owned());
-    let wanted = Groups {
-        over: over.collect(),
-        statistics: vec![Statistic::Mean, Statistic::Confidence(0.95)],
-        models: Vec::new(),
-        ..groups.clone()
+    let statistics = vec![Statistic::Mean, Statistic::Confidence(0.95)];
+    let (over, table) = match params {
+        aggregate::Params::Groups(groups) => {
+            let schema = input.batch().schema();
+            let name = |name: &String| absolute_column(&schema, name).to_owned();
+            let over: Vec<String> = groups.over.iter().map(name).collect();
+            let models = Vec::new();
+            let wanted = Groups { over: over.clone(), statistics, models, ..groups.clone() };
+            (over, aggregate::grouped(&input, &wanted))
+        }
+        aggregate::Params::Multilevel(levels) => {
+            let wanted = Multilevel { statistics, ..levels.clone() };
+            (levels.over.clone(), aggregate::multilevel_means(&input, &wanted))
+        }
+        aggregate::Params::Sql(_) => return None,
     };
-    let table = aggregate::grouped(&input, &wanted).ok()?;
-    let means = wanted.over.iter();
-    let means = means.filter_map(|name| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok());
-    shown(stage, 0.95, &table, false, means.collect(), data)
+    let table = table.ok()?;
+    let mean = |name: &String| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok();
+    shown(stage, 0.95, &table, false, over.iter().filter_map(mean).collect(), data)
 }
 
 /// Returns the parameters of a fit with their intervals.
-fn fitted(
-    stage: &FinishedStage,
-    table: &Table,
-    level: f64,
-    data: &FigureData,
-) -> Option<ResultTable> {
+fn fitted(stage: &FinishedStage, level: f64, data: &FigureData) -> Option<Value> {
+    let table = &stage.table;
     let schema = table.batch().schema();
     let all = table.names().into_iter().filter(|name| absolute_column(&schema, name) == *name);
     let parameters = all.filter_map(|name| Quantity::find(table, name, None).ok());
@@ -364,7 +319,7 @@ fn shown(
     is_fit: bool,
     mut estimates: Vec<Quantity>,
     data: &FigureData,
-) -> Option<ResultTable> {
+) -> Option<Value> {
     if ALONG_CURVES.iter().any(|name| table.has(name)) || table.rows() == 0 {
         return None;
     }
@@ -391,7 +346,7 @@ fn shown(
     let picked = known.pick(&rows);
     let labels = Labels::new(&data.units, &picked, &stage.units).ok()?;
     let mut columns = Vec::new();
-    let mut by_column = Vec::new();
+    let mut by_column: Vec<Vec<String>> = Vec::new();
     let varied = independent(&picked, &data.derived);
     let coordinates = picked.coordinates().not_in_role(Role::Surface);
     let schema = picked.batch().schema();
@@ -429,8 +384,8 @@ fn shown(
         let column = ShownColumn::new(field(&estimate.column), &stage.units);
         columns.push(ShownColumn { name, numeric: true, ..column });
     }
-    let cells = (0..picked.rows())
-        .map(|row| by_column.iter().map(|column: &Vec<String>| column[row].clone()).collect());
+    let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();
+    let cells: Vec<Vec<String>> = (0..picked.rows()).map(row).collect();
     let what = if is_fit { "fitted parameters" } else { "means over the surfaces" };
     // A single surface has no interval.
     let intervals = if estimates.iter().any(has_interval) {
@@ -442,7 +397,7 @@ fn shown(
     if points > rows.len() {
         caption += &format!("; {} of {points} rows", rows.len());
     }
-    Some(ResultTable { stage: stage.name.clone(), caption, columns, cells: cells.collect() })
+    Some(context! { stage => stage.name.as_str(), caption, columns => Serde(columns), cells })
 }
 
 /// Rows of a table that the summary shows.
@@ -488,10 +443,7 @@ impl Selection {
             }
         }
         let points = rows.len();
-        if points > ROWS {
-            let spread = |step: usize| rows[step * (points - 1) / (ROWS - 1)];
-            rows = (0..ROWS).map(spread).collect();
-        }
+        let rows = spread(points, ROWS).map(|index| rows[index]).collect();
         Selection { rows, note, points }
     }
 }

@@ -12,12 +12,11 @@ use asperity_stages::columns::{AREA_FRACTION, EFFECTIVE_MODULUS, LOAD, PRESSURE}
 use asperity_tables::column::Value;
 
 use super::Plot;
-use crate::ReportError;
 use crate::points::distinct;
 use crate::symbols::symbol;
 
 impl Plot<'_> {
-    pub(super) fn caption(&self, hidden: usize) -> Result<String, ReportError> {
+    pub(super) fn caption(&self, hidden: usize) -> String {
         let mut sentences: Vec<String> = self.figure.caption.iter().cloned().collect();
         let counts = self.points().filter_map(|point| point.surfaces);
         let counts: BTreeSet<usize> = counts.collect();
@@ -50,18 +49,17 @@ impl Plot<'_> {
         if unconverged > 0 {
             sentences.push(format!("{unconverged} rows are loads that did not converge."));
         }
-        let quantities = self.drawings.iter().map(|one| one.quantity);
+        let mut quantities = self.drawings.iter().map(|one| one.quantity);
         let is_counted = quantities.clone().any(|one| match &one.expression {
             Some(expression) => expression.columns().contains(AREA_FRACTION.name),
             None => one.column == AREA_FRACTION.name,
         });
-        if self.looks.is_some() && is_counted {
-            let error = self.data.share_of_mesh()?;
-            sentences.extend(Some(error).filter(|error| !error.is_empty()));
+        if self.looks.is_some() && is_counted && !self.data.mesh_error.is_empty() {
+            sentences.push(self.data.mesh_error.clone());
         }
         let text = sentences.join(" ");
-        let has_theories = self.has_curves() && quantities.clone().any(Quantity::is_of_areas);
-        Ok(if has_theories { text + &self.data.caveat } else { text })
+        let has_theories = self.has_curves() && quantities.any(Quantity::is_of_areas);
+        if has_theories { text + &self.data.caveat } else { text }
     }
 
     /// Returns a sentence with E*, by which readers convert pressures to loads, if pressures are on
