@@ -6,7 +6,7 @@
 //! again, which takes seconds because no contact is solved.
 
 mod all_surfaces;
-mod areal;
+pub mod areal;
 mod conduction;
 mod contacts;
 pub mod distributions;
