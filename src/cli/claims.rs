@@ -1,16 +1,17 @@
 //! `asperity claims`, which tests the claims of a study.
 
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
-use super::columns::in_columns;
 use super::plan::core_hours;
-use super::terminal::stdout;
+use super::terminal::{in_columns, stdout};
 use super::{Failure, SetArguments, print_answer};
 use crate::session::claims::{
-    Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
+    Bound, Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped,
+    verdict,
 };
 use crate::session::formatting::{counted, shell_word, significant, wrapped};
 use crate::session::{DataFolder, StudyClaims};
@@ -121,19 +122,17 @@ fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
         (Origin::Study, "Claims of the study"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
-    let mut files: Vec<Option<&str>> = Vec::new();
-    for claim in claims {
-        let file = claim.statement.file.as_deref();
-        if !files.contains(&file) {
-            files.push(file);
-        }
-    }
+    let mut files: Vec<Option<&str>> =
+        claims.iter().map(|claim| claim.statement.file.as_deref()).collect();
+    let mut known = HashSet::new();
+    files.retain(|file| known.insert(*file));
     let mut text = String::new();
     for file in files {
         for (origin, heading) in headings {
-            let own = claims.iter().filter(|claim| claim.statement.origin == origin);
-            let own = own.filter(|claim| claim.statement.file.as_deref() == file);
-            let listed: String = own.map(&lines).collect();
+            let is_own = |claim: &&Claim| {
+                claim.statement.origin == origin && claim.statement.file.as_deref() == file
+            };
+            let listed: String = claims.iter().filter(is_own).map(&lines).collect();
             let of_file = file.map_or_else(String::new, |file| format!(" · {file}"));
             if !listed.is_empty() {
                 text += &format!("{heading}{of_file}\n\n{listed}\n");
@@ -164,16 +163,12 @@ fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
 fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
-    let interval = if deciding.is_exact() {
-        "exact".to_owned()
-    } else {
-        // This interval decides the verdict.
-        let [low, high] = match judgement.verdict {
-            Verdict::DoesNotHold => deciding.simultaneous(all),
-            Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
-        };
-        format!("{} … {}", short(low), short(high))
+    // This interval decides the verdict.
+    let ends = match judgement.verdict {
+        Verdict::DoesNotHold => deciding.simultaneous(all),
+        Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
     };
+    let interval = interval(deciding, ends);
     let others = others(all, judgement);
     let more = what_would_decide(printer, claim, judgement);
     let without = match judgement.without_value.as_slice() {
@@ -188,6 +183,14 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         short(deciding.value),
         deciding.label
     )
+}
+
+/// Formats an interval of a quantity, which is a point if the quantity is exact.
+fn interval(bound: &Bound, [low, high]: [f64; 2]) -> String {
+    if bound.is_exact() {
+        return "exact".to_owned();
+    }
+    format!("{} … {}", short(low), short(high))
 }
 
 /// Returns the description of a quantity up to its first comma.
@@ -213,13 +216,11 @@ fn others(all: usize, judgement: &Judgement) -> String {
 }
 
 fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
-    let verdicts = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
-    let [holds, does_not_hold, cannot_say] = verdicts;
     // The names of the verdicts, and their forms after other numbers than 1.
     let words = [
-        (holds, "hold"),
-        (does_not_hold, "do not hold"),
-        (cannot_say, cannot_say),
+        (Verdict::Holds.name(), "hold"),
+        (Verdict::DoesNotHold.name(), "do not hold"),
+        (Verdict::CannotSay.name(), Verdict::CannotSay.name()),
         ("not computed", "not computed"),
     ];
     let origins = [
@@ -322,29 +323,18 @@ fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgemen
 /// Returns the table of all quantities, with their individual and their simultaneous intervals.
 fn quantities(claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
-    let rows: Vec<[String; 5]> = judgement
-        .bounds
-        .iter()
-        .map(|bound| {
-            let range = |[low, high]: [f64; 2]| {
-                if bound.is_exact() {
-                    "exact".to_owned()
-                } else {
-                    format!("{} … {}", short(low), short(high))
-                }
-            };
-            [
-                bound.label.clone(),
-                short(bound.value),
-                range(bound.one_sided()),
-                range(bound.simultaneous(all)),
-                claim.statement.expected.verdict(bound, all).name().to_owned(),
-            ]
-        })
-        .collect();
+    let rows = judgement.bounds.iter().map(|bound| {
+        [
+            bound.label.clone(),
+            short(bound.value),
+            interval(bound, bound.one_sided()),
+            interval(bound, bound.simultaneous(all)),
+            claim.statement.expected.verdict(bound, all).name().to_owned(),
+        ]
+    });
     let percent = 100.0 * LEVEL;
     let [alone, together] =
         [format!("alone, {percent} % per end"), format!("all together, {percent} %")];
     let header = ["quantity", "value", &alone, &together, "alone"];
-    format!("\n{}\n", in_columns(header, rows, 0..0))
+    format!("\n{}\n", in_columns(header, rows, |_| false))
 }

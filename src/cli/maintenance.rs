@@ -98,15 +98,8 @@ pub(crate) struct PruneArguments {
     #[command(flatten)]
     set: SetArguments,
 
-    /// Delete the files instead of listing them.
-    #[arg(long)]
-    yes: bool,
-
-    /// Delete even if receipts report array elements running on other machines.
-    ///
-    /// Locks may not work across machines, so such an array element could still need the files.
-    #[arg(long, requires = "yes")]
-    force: bool,
+    #[command(flatten)]
+    options: PruneOptions,
 
     /// Print the result as JSON.
     ///
@@ -121,8 +114,7 @@ pub(crate) fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<Exi
         set.refuse()?;
     }
     let sessions = manifests.iter().map(|manifest| super::session(manifest, set, data));
-    let options = PruneOptions { delete: arguments.yes, force: arguments.force };
-    let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), options)?;
+    let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), arguments.options)?;
     print_answer(arguments.json, &pruned, || prune_text(&pruned, arguments.manifests.is_empty()))
 }
 

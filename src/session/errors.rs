@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use self::costs::{Costs, Surfaces};
-use super::advice::StudyAdvice;
+use super::advice::{StudyAdvice, stacked};
 use super::status::in_hours;
-use super::{Session, SessionError, UnknownName};
+use super::{Session, SessionError, UnknownName, name_lookup};
 use asperity_pipeline::results::StudyResults;
 use asperity_pipeline::study::MeansOfStage;
 use asperity_stages::columns::{
@@ -24,7 +24,6 @@ use asperity_stages::error_budget::{
 use asperity_statistics::differences::MeanDifference;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::column::Role;
-use asperity_tables::table::Table;
 
 pub use self::additions::Addition;
 pub use super::advice::{AdvisedFit, AdvisedStep};
@@ -169,9 +168,7 @@ impl Session<'_> {
 
 fn means_of(reading: &StudyResults, name: &str) -> Result<Option<MeansOfStage>, SessionError> {
     let names: Vec<&str> = reading.plan.stages.iter().map(|stage| stage.name.as_str()).collect();
-    let found = names.iter().position(|known| *known == name);
-    let index = found.ok_or_else(|| UnknownName::stage(name, &names))?;
-    Ok(reading.study.means_of(index)?)
+    Ok(reading.study.means_of(name_lookup::stage(name, &names)?)?)
 }
 
 fn add_means(
@@ -181,14 +178,7 @@ fn add_means(
     means: &mut Vec<MeanErrors>,
 ) -> Result<(), SessionError> {
     let plan = &reading.plan;
-    let mut tables = Vec::new();
-    for &stage in &source.rows {
-        tables.extend(reading.rows(&plan.stages[stage])?.table);
-    }
-    if tables.is_empty() {
-        return Ok(());
-    }
-    let table = Table::stack(&tables)?;
+    let Some(table) = stacked(reading, &source.rows)? else { return Ok(()) };
     let stage = &plan.stages[source.stage].name;
     let units = reading.study.units_of(stage);
     let parameters = table.in_role(Role::Parameter);
@@ -272,8 +262,8 @@ impl LoadErrors {
                 interval,
                 order: size.map(|size| size.found.order),
                 order_is_shown: size.map(|size| size.found.is_order_shown),
-                sizes: match &budget.solver {
-                    Some(SolverError::Difference { tolerance, .. }) if term == Term::Solver => {
+                sizes: match (term, &budget.solver) {
+                    (Term::Solver, Some(SolverError::Difference { tolerance, .. })) => {
                         vec![*tolerance]
                     }
                     _ => size.map(|size| size.sizes.clone()).unwrap_or_default(),
@@ -298,14 +288,14 @@ const FEWEST: usize = 4;
 /// Returns the changes that halve the known terms. `surfaces` are those of the meshes of the mean.
 fn halving(budget: &ErrorBudget, surfaces: &[Surfaces], costs: &Costs) -> Vec<Halving> {
     let Some(finest) = surfaces.last() else { return Vec::new() };
-    let count = finest.count();
+    let count = finest.len();
     let mut halving = Vec::new();
     if count > 1 {
         let change = match surfaces {
-            [only] => format!("{} more surfaces", 3 * only.count()),
+            [only] => format!("{} more surfaces", 3 * only.len()),
             _ => "four times the surfaces on each mesh".to_owned(),
         };
-        let seconds = surfaces.iter().map(|own| own.count() as f64 * costs.per_surface(own, 1.0));
+        let seconds = surfaces.iter().map(|own| own.len() as f64 * costs.per_surface(own, 1.0));
         let seconds = 3.0 * seconds.sum::<f64>();
         halving.push(Halving { term: Term::Sampling.name(), change, seconds });
     }

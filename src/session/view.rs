@@ -1,7 +1,7 @@
 //! Pictures of the maps of one task: plain, shaded in perspective, and animated over the loads or
 //! the states of a path.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
@@ -28,21 +28,35 @@ const KEY_DIGITS: usize = 8;
 /// Largest number of pixels of a map along one side in an animation.
 const MAX_ANIMATED_PIXELS: usize = 1024;
 
-/// Options of [`Session::view`] and [`Picture::draw`].
-#[derive(Debug, Clone, Copy, Default)]
+/// Choice of what a picture shows.
+#[derive(Debug, Clone, Copy, clap::Args)]
 pub(crate) struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
-    pub(crate) map: Option<MapKind>,
-    /// Load (default: contacts at all loads, other maps at the largest load or, along a path, at
-    /// the smallest mean gap).
-    pub(crate) load: Option<ChosenLoad>,
-    /// Show the surface in perspective, with the colours of the map.
-    pub(crate) relief: bool,
-    /// Draw one picture for each load, with the same colours.
+    #[arg(long, value_enum)]
+    map: Option<MapKind>,
+
+    /// Show the surface in perspective, shaded and with the colours of the map.
+    #[arg(long = "3d")]
+    relief: bool,
+
+    /// Draw an animation with one picture for each load, or for each state along a path, all with
+    /// the same colours.
+    ///
+    /// Files that end in `.gif` or `.apng` are always animations.
+    #[arg(long, conflicts_with_all = ["load", "gap"])]
     pub(crate) animate: bool,
-    /// Time for each picture of an animation, in hundredths of a second (default: by the number of
-    /// pictures).
+
+    /// Time for each picture of an animation, in seconds (default: 0.08 to 0.8, by the number of
+    /// pictures, and 1.5 for the last one).
+    #[arg(long, value_name = "SECONDS", value_parser = hundredths)]
     pub(crate) frame_time: Option<u16>,
+}
+
+/// Parses a time in seconds as hundredths of a second, the unit of GIF files.
+fn hundredths(word: &str) -> Result<u16, String> {
+    let in_range = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
+    let seconds: f64 = in_range.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
+    Ok((100.0 * seconds).round() as u16)
 }
 
 /// Picture of a map with its description.
@@ -58,6 +72,8 @@ pub(crate) struct Picture {
     /// Branch of a path whose contacts are drawn in one map.
     #[serde(skip)]
     branch: Option<String>,
+    /// File to write.
+    pub(crate) file: PathBuf,
     /// Key of the requested task, which may differ from the task that contains the map.
     pub(crate) task: TaskKey,
     pub(crate) map: MapKind,
@@ -86,12 +102,11 @@ pub(crate) struct Picture {
 }
 
 /// Format of a file with a picture, which its suffix names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PictureFormat {
-    Still(StillFormat),
-    Animation(AnimationFormat),
-    /// PNG, or APNG for an animation.
-    Png,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PictureFormat {
+    name: &'static str,
+    still: Option<StillFormat>,
+    animation: Option<AnimationFormat>,
 }
 
 impl PictureFormat {
@@ -101,37 +116,26 @@ impl PictureFormat {
     /// Returns an error if no format has the suffix.
     pub(crate) fn from_path(path: &Path) -> Result<PictureFormat, SessionError> {
         let formats = [
-            ("png", PictureFormat::Png),
-            ("svg", PictureFormat::Still(StillFormat::Svg)),
-            ("pdf", PictureFormat::Still(StillFormat::Pdf)),
-            ("apng", PictureFormat::Animation(AnimationFormat::Apng)),
-            ("gif", PictureFormat::Animation(AnimationFormat::Gif)),
+            ("png", "PNG", Some(StillFormat::Png), Some(AnimationFormat::Apng)),
+            ("svg", "SVG", Some(StillFormat::Svg), None),
+            ("pdf", "PDF", Some(StillFormat::Pdf), None),
+            ("apng", "PNG", None, Some(AnimationFormat::Apng)),
+            ("gif", "GIF", None, Some(AnimationFormat::Gif)),
         ];
-        let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
-        match found {
-            Some((_, format)) => Ok(format),
-            None if is_stream(path) => Ok(PictureFormat::Png),
-            None => Err(SessionError::refused(format!(
+        let named = formats.into_iter().find(|(suffix, ..)| has_suffix(path, suffix));
+        let found = named.or(is_stream(path).then_some(formats[0]));
+        let (_, name, still, animation) = found.ok_or_else(|| {
+            SessionError::refused(format!(
                 "`{}` must end in `.png`, `.svg`, `.pdf`, or for animations `.gif`, `.apng`",
                 path.display()
-            ))),
-        }
+            ))
+        })?;
+        Ok(PictureFormat { name, still, animation })
     }
 
     /// Returns whether files of this format are animations, whatever the options are.
     pub(crate) fn is_animation(self) -> bool {
-        matches!(self, PictureFormat::Animation(_))
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            PictureFormat::Png
-            | PictureFormat::Still(StillFormat::Png)
-            | PictureFormat::Animation(AnimationFormat::Apng) => "PNG",
-            PictureFormat::Still(StillFormat::Svg) => "SVG",
-            PictureFormat::Still(StillFormat::Pdf) => "PDF",
-            PictureFormat::Animation(AnimationFormat::Gif) => "GIF",
-        }
+        self.still.is_none()
     }
 }
 
@@ -143,25 +147,22 @@ impl Picture {
     pub(crate) fn draw(
         maps: &mut TaskMaps,
         options: ViewOptions,
+        load: Option<ChosenLoad>,
         stop: &AtomicBool,
     ) -> Result<Picture, SessionError> {
-        let default = if maps.kinds().contains(&MapKind::Contact) {
-            MapKind::Contact
-        } else {
-            MapKind::Heights
-        };
+        let has_contact = maps.kinds().contains(&MapKind::Contact);
+        let default = if has_contact { MapKind::Contact } else { MapKind::Heights };
         let kind = options.map.unwrap_or(default);
-        let surface =
-            if options.relief { Some(maps.map(MapKind::Heights, None, stop)?) } else { None };
-        let is_one_state = maps.rows().len() == 1;
-        let is_overlay = options.load.is_none() && !options.animate && !is_one_state;
+        let heights = options.relief.then(|| maps.map(MapKind::Heights, None, stop));
+        let surface = heights.transpose()?;
+        let is_overlay = load.is_none() && !options.animate && maps.rows().len() != 1;
         if kind == MapKind::Contact && is_overlay {
             return Picture::of_all_contacts(maps, surface.as_ref());
         }
         let shown = if options.animate {
-            animated(maps, kind, options.load, stop)?
+            animated(maps, kind, load, stop)?
         } else {
-            vec![still_map(maps, kind, options.load, stop)?]
+            vec![still_map(maps, kind, load, stop)?]
         };
         let scales = shown.iter().map(|map| map.node_values().scale());
         let scale = scales.reduce(Scale::covering).expect("there is a map");
@@ -213,6 +214,7 @@ impl Picture {
             frame_time: None,
             is_path: false,
             branch: None,
+            file: PathBuf::new(),
             task,
             map,
             nodes: PerAxis(grid.nodes()),
@@ -304,25 +306,20 @@ impl Picture {
     /// # Errors
     /// Returns an error if no format has the suffix, if an animation cannot have the format, if the
     /// picture is too large, or if the file must not be overwritten or cannot be written.
-    pub(crate) fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
+    pub(crate) fn write(&self, replace: bool) -> Result<(), SessionError> {
+        let path = &self.file;
         let format = PictureFormat::from_path(path)?;
-        let bytes = match (format, self.panels.as_slice()) {
-            (PictureFormat::Animation(format), panels) => {
-                animation(&frames(panels)?, format, self.frame_time)
-            }
-            (PictureFormat::Png, [panel]) => still(panel, StillFormat::Png)?,
-            (PictureFormat::Png, panels) => {
-                animation(&frames(panels)?, AnimationFormat::Apng, self.frame_time)
-            }
-            (PictureFormat::Still(format), [panel]) => still(panel, format)?,
-            (PictureFormat::Still(_), _) => {
+        let bytes = match (format.still, format.animation, self.panels.as_slice()) {
+            (Some(format), _, [panel]) => still(panel, format)?,
+            (_, Some(format), panels) => animation(&frames(panels)?, format, self.frame_time),
+            _ => {
                 return Err(SessionError::refused(format!(
                     "`{}` cannot hold an animation; use `.gif`, `.apng` or `.png`",
                     path.display()
                 )));
             }
         };
-        write_output(path, &bytes, format.name(), replace)
+        write_output(path, &bytes, format.name, replace)
     }
 
     /// Writes the map alone, one pixel for each node, as a PNG file.
@@ -330,12 +327,12 @@ impl Picture {
     /// # Errors
     /// Returns an error if the suffix is not `.png`, for an animation, or if the file must not be
     /// overwritten or cannot be written.
-    pub(crate) fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
-        let (PictureFormat::Png, [panel]) = (PictureFormat::from_path(path)?, &self.panels[..])
-        else {
+    pub(crate) fn write_bare(&self, replace: bool) -> Result<(), SessionError> {
+        let format = PictureFormat::from_path(&self.file)?.still;
+        let (Some(StillFormat::Png), [panel]) = (format, &self.panels[..]) else {
             return Err(SessionError::refused("`--bare` writes a single PNG picture"));
         };
-        write_output(path, &panel.raster.to_png(), "PNG", replace)
+        write_output(&self.file, &panel.raster.to_png(), "PNG", replace)
     }
 
     /// Formats the load for file names: `0.1000`, or `1e8` in pascals.

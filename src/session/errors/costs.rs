@@ -10,19 +10,7 @@ use asperity_stages::ensemble::Ensemble;
 use asperity_tables::table::{Table, TableError};
 
 /// Tasks that make the surfaces of an ensemble.
-pub(crate) struct Surfaces(BTreeSet<usize>);
-
-impl Surfaces {
-    pub(crate) fn count(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl FromIterator<usize> for Surfaces {
-    fn from_iter<I: IntoIterator<Item = usize>>(tasks: I) -> Surfaces {
-        Surfaces(tasks.into_iter().collect())
-    }
-}
+pub(crate) type Surfaces = BTreeSet<usize>;
 
 /// Tasks of a plan, grouped by the surface that they depend on.
 pub(crate) struct Costs<'a> {
@@ -69,11 +57,11 @@ impl<'a> Costs<'a> {
     /// Returns the mean of the expected core-seconds of surfaces with `factor` times the nodes per
     /// side.
     pub(crate) fn per_surface(&self, surfaces: &Surfaces, factor: f64) -> f64 {
-        let tasks = surfaces.0.iter().flat_map(|surface| &self.by_surface[surface]);
+        let tasks = surfaces.iter().flat_map(|surface| &self.by_surface[surface]);
         let seconds = tasks.map(|&task| {
             let task = &self.plan.tasks[task];
             self.model.seconds_on(task, task.nodes.map(|nodes| (nodes as f64 * factor) as usize))
         });
-        seconds.sum::<f64>() / surfaces.count().max(1) as f64
+        seconds.sum::<f64>() / surfaces.len().max(1) as f64
     }
 }
