@@ -189,8 +189,8 @@ impl Session {
             "gap" => MapKind::Gap,
             _ => MapKind::Displacement,
         };
-        let load = load.map(ChosenLoad::prescribed).transpose();
-        let load = load.map_err(|error| value_error(py, error.to_string()))?;
+        let chosen = load.map(ChosenLoad::prescribed).transpose();
+        let load = chosen.map_err(|error| value_error(py, error.to_string()))?;
         let (map, notices) = self.call_until(py, None, move |session, stop| {
             session.map(&stage, &coordinates(conditions), kind, load, stop)
         })?;

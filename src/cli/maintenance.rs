@@ -63,27 +63,27 @@ fn verify_text(verification: &Verification) -> String {
 
 fn closing(verification: &Verification) -> String {
     let checked = counted(verification.checked, "table");
-    let count = |is_of_kind: fn(&StoreError) -> bool| {
-        verification.damaged.iter().filter(|finding| is_of_kind(&finding.cause)).count()
-    };
-    let edited = count(|cause| matches!(cause, StoreError::Changed { .. }));
-    let unfinished = count(|cause| matches!(cause, StoreError::Interrupted { .. }));
-    let unread = count(|cause| !cause.is_recomputable()) - edited - unfinished;
-    let mut text = match verification.damaged.len() - edited - unfinished - unread {
+    let [mut damaged, mut edited, mut unfinished, mut unread] = [0; 4];
+    for DamagedFile { cause, .. } in &verification.damaged {
+        *match cause {
+            StoreError::Changed { .. } => &mut edited,
+            StoreError::Interrupted { .. } => &mut unfinished,
+            cause if cause.is_recomputable() => &mut damaged,
+            _ => &mut unread,
+        } += 1;
+    }
+    let advice = "`asperity run` recomputes missing tables";
+    let mut text = match damaged {
         0 => format!("{checked} checked, none damaged"),
-        damaged => {
-            format!(
-                "{checked} checked, {damaged} damaged; `asperity run` recomputes missing tables"
-            )
-        }
+        _ => format!("{checked} checked, {damaged} damaged; {advice}"),
     };
-    for (count, line) in [
-        (unread, "files that cannot be read: {}; they were not checked"),
-        (edited, "edited pages and figures: {}; `asperity report` rewrites them"),
-        (unfinished, "unfinished pages and figures: {}; `asperity report` writes them again"),
+    for (count, what, advice) in [
+        (unread, "files that cannot be read", "they were not checked"),
+        (edited, "edited pages and figures", "`asperity report` rewrites them"),
+        (unfinished, "unfinished pages and figures", "`asperity report` writes them again"),
     ] {
         if count > 0 {
-            text += &format!("\n{}", line.replace("{}", &count.to_string()));
+            text += &format!("\n{what}: {count}; {advice}");
         }
     }
     text

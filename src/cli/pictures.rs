@@ -99,7 +99,7 @@ pub(crate) fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitC
     if arguments.bare {
         picture.write_bare(*replace)?;
     } else {
-        picture.write(*replace)?;
+        picture.write(options.frame_time, *replace)?;
     }
     print_answer(arguments.json, &picture, || {
         format!("{}: {}\n", picture.file.display(), picture.caption())

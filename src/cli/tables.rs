@@ -250,8 +250,8 @@ fn write_metadata(out: &mut impl Write, file: &TableFile) -> Result<(), Failure>
 fn column_lines(descriptions: Vec<BTreeMap<String, Value>>) -> String {
     let lines = descriptions.iter().map(|column| {
         let text = |key: &str| column.get(key).and_then(Value::as_str).unwrap_or_default();
-        let unit = Some(text("unit")).filter(|unit| !unit.is_empty());
-        let unit = unit.map(|unit| format!(" [{unit}]")).unwrap_or_default();
+        let unit = text("unit");
+        let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         format!("{}{unit}: {}", text("name"), text("meaning"))
     });
     lines.collect::<Vec<_>>().join("\n")

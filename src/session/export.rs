@@ -384,8 +384,8 @@ impl<'m> Export<'m> {
             data.extend((bytes.len() as u64).to_le_bytes());
             data.extend(bytes);
         }
-        let load = of_load.first().and_then(|map| map.load);
-        let load = load.map_or_else(String::new, |load| {
+        let number = of_load.first().and_then(|map| map.load);
+        let load = number.map_or_else(String::new, |load| {
             format!(
                 "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"{}\" \
                  NumberOfTuples=\"1\" format=\"ascii\">{}{}</DataArray>\n    </FieldData>\n",

@@ -237,8 +237,12 @@ pub(crate) struct Overlay {
     pub(crate) contacts: Vec<ContactMap>,
     /// Loads or mean gaps of the maps, in the unit of the study.
     pub(crate) loads: Vec<f64>,
+    /// Name of the loads with their unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
+    pub(crate) load_name: String,
     /// Branch of the states, or `None` if the contact is not a path.
     pub(crate) branch: Option<String>,
+    /// Unit of length of the surface, if it is known.
+    pub(crate) length_unit: Option<String>,
 }
 
 impl TaskMaps {
@@ -312,23 +316,6 @@ impl TaskMaps {
     /// Returns an error if the table is not one of solved loads.
     pub(crate) fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
         self.contact.as_ref().map_or(Ok(false), |contact| contact.is_apart(row))
-    }
-
-    /// Returns the unit of length of the surface, if it is known without reading the heights.
-    pub(crate) fn length_unit(&self) -> Option<String> {
-        length_unit(&self.contact.as_ref()?.shown)
-    }
-
-    /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
-    pub(crate) fn load_in_words(&self) -> String {
-        let Some(contact) = &self.contact else { return "load".to_owned() };
-        let column = load_column(&contact.shown);
-        let (name, unit) = match prescribed_length(column) {
-            Some(name) => (name, length_unit(&contact.shown)),
-            None if column == LOAD.name => ("load", None),
-            None => ("mean pressure", pressure_unit(&contact.shown)),
-        };
-        unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
 
     /// Returns the quantities that the task has maps of.

@@ -95,8 +95,8 @@ fn suggestion(name: &str, known: &[String]) -> String {
 }
 
 fn all_of(names: &[impl ToString]) -> String {
-    let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-    listed(names.iter().map(String::as_str), "and")
+    let words: Vec<String> = names.iter().map(ToString::to_string).collect();
+    listed(words.iter().map(String::as_str), "and")
 }
 
 /// Minimum number of digits that identify a task.

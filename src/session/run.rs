@@ -214,8 +214,8 @@ impl<'a> PreparedRun<'a> {
         let jobs = options.jobs.unwrap_or_else(available_cores);
         let memory = MemoryLimit::new(options.memory, jobs.get());
         memory.fits(&sampled.plan, &wanted)?;
-        let options = options.clone();
-        Ok(PreparedRun { session, options, sampled, missing, store, jobs, memory })
+        let own = options.clone();
+        Ok(PreparedRun { session, options: own, sampled, missing, store, jobs, memory })
     }
 
     /// Computes tasks and writes tables until all tasks are finished or `stop` is set.

@@ -66,8 +66,6 @@ pub(crate) struct Picture {
     #[serde(skip)]
     panels: Vec<MapPanel>,
     #[serde(skip)]
-    frame_time: Option<u16>,
-    #[serde(skip)]
     is_path: bool,
     /// Branch of a path whose contacts are drawn in one map.
     #[serde(skip)]
@@ -174,7 +172,6 @@ impl Picture {
         if let [map] = shown.as_slice() {
             (picture.load, picture.state) = (map.load, map.state.clone());
         }
-        picture.frame_time = options.frame_time;
         picture.is_path = maps.is_path();
         picture.load_column = shown[0].load_column;
         picture.load_unit.clone_from(&shown[0].load_unit);
@@ -189,19 +186,14 @@ impl Picture {
 
     /// Draws the contacts at all loads in one map.
     fn of_all_contacts(maps: &TaskMaps, surface: Option<&Map>) -> Result<Picture, SessionError> {
-        let Overlay { grid, contacts, loads, branch } = maps.overlay()?;
-        let load = maps.load_in_words();
+        let Overlay { grid, contacts, loads, load_name, branch, length_unit } = maps.overlay()?;
         let ticks: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
-        let (title, changes) = match &branch {
-            None => ("contact at all loads".to_owned(), "begins"),
-            Some(branch) => (
-                format!("contact along the {branch}"),
-                if branch.starts_with("separation") { "ends" } else { "begins" },
-            ),
-        };
-        let label = format!("{load} at which contact {changes}");
-        let unit = maps.length_unit();
-        let panel = contacts_panel(title, grid, &contacts, &ticks, label, unit.as_deref());
+        let along = |branch: &String| format!("contact along the {branch}");
+        let title = branch.as_ref().map_or("contact at all loads".to_owned(), along);
+        let is_separation = branch.as_ref().is_some_and(|name| name.starts_with("separation"));
+        let changes = if is_separation { "ends" } else { "begins" };
+        let label = format!("{load_name} at which contact {changes}");
+        let panel = contacts_panel(title, grid, &contacts, &ticks, label, length_unit.as_deref());
         let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
         picture.add(panel, surface, grid);
         picture.branch = branch;
@@ -211,7 +203,6 @@ impl Picture {
     fn new(task: TaskKey, map: MapKind, grid: Grid) -> Picture {
         Picture {
             panels: Vec::new(),
-            frame_time: None,
             is_path: false,
             branch: None,
             file: PathBuf::new(),
@@ -301,17 +292,17 @@ impl Picture {
     }
 
     /// Writes the picture with its title and bars in the format of the suffix; see
-    /// [`write_output`].
+    /// [`write_output`]. `frame_time` is that of [`ViewOptions`].
     ///
     /// # Errors
     /// Returns an error if no format has the suffix, if an animation cannot have the format, if the
     /// picture is too large, or if the file must not be overwritten or cannot be written.
-    pub(crate) fn write(&self, replace: bool) -> Result<(), SessionError> {
+    pub(crate) fn write(&self, frame_time: Option<u16>, replace: bool) -> Result<(), SessionError> {
         let path = &self.file;
         let format = PictureFormat::from_path(path)?;
         let bytes = match (format.still, format.animation, self.panels.as_slice()) {
             (Some(format), _, [panel]) => still(panel, format)?,
-            (_, Some(format), panels) => animation(&frames(panels)?, format, self.frame_time),
+            (_, Some(format), panels) => animation(&frames(panels)?, format, frame_time),
             _ => {
                 return Err(SessionError::refused(format!(
                     "`{}` cannot hold an animation; use `.gif`, `.apng` or `.png`",

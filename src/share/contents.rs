@@ -255,7 +255,7 @@ impl Contents {
 
     /// Returns the text of `README.txt`.
     fn readme(&self) -> String {
-        let Contents { study, about, paths: ArchivePaths { manifest, .. }, .. } = self;
+        let manifest = &self.paths.manifest;
         let quoted = shell_word(Path::new(manifest));
         let runs = match self.stored {
             Some((there, all)) if there == all => {
@@ -269,24 +269,17 @@ impl Contents {
             format!("\nIncomplete: {some} of {all} of the stage {stage} are computed.\n")
         });
         format!(
-            "{study}: {about}\n\
-             \n\
-             data/results/{study}/*.parquet   table of each stage; the fields contain units and meanings\n\
-             {manifest}   manifest: definition of the study\n\
-             data/plans/{study}.json   all parameters with defaults, as JSON\n\
-             {VERSIONS}   versions of the program and of its kinds of stage\n\
-             {metadata}   description of each file (RO-Crate 1.1)\n\
-             \n\
-             Check all files: sha256sum --check {CHECKSUMS}\n\
-             Commands for this folder, with asperity {version}:\n\
-             \n    asperity columns {quoted}          what the columns mean\
-             \n    asperity table {quoted} STAGE      a table\
-             \n    asperity run {quoted}              {runs}\n\
-             {incomplete}",
+            include_str!("readme.txt"),
+            study = self.study,
+            about = self.about,
+            manifest = manifest,
+            quoted = quoted,
+            runs = runs,
+            versions = VERSIONS,
             metadata = research_object::FILE,
-            version = env!("CARGO_PKG_VERSION"),
-            incomplete = incomplete.collect::<String>(),
-        )
+            checksums = CHECKSUMS,
+            program = env!("CARGO_PKG_VERSION"),
+        ) + &incomplete.collect::<String>()
     }
 }
 

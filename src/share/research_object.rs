@@ -14,8 +14,8 @@ use super::archive::{ArchivedFile, CHECKSUMS, FileRole};
 /// File name required by the specification.
 pub(crate) const FILE: &str = "ro-crate-metadata.json";
 
-/// Returns the text of the metadata file of an archive with these files. `about` describes the study
-/// `study`.
+/// Returns the text of the metadata file of an archive with these files. `about` describes the
+/// study `study`.
 ///
 /// # Errors
 /// Returns an error if a file cannot be read.

@@ -110,14 +110,13 @@ pub fn table(comparison: &Comparison) -> Table {
         ("p_corrected", "p-value after Holm's correction", optional(|m| m.p_corrected)),
         ("more_than_noise", "whether the corrected p-value is at most 5 %", is_more),
     ];
-    let results = results.map(|(name, meaning, values)| (name, Role::Result, meaning, values));
+    let own = results.map(|(name, meaning, values)| (name, Role::Result, meaning, values));
     // A query may call a column as this table does.
-    let mut coordinates = coordinates(&rows);
-    coordinates.retain(|(name, ..)| names.iter().chain(&results).all(|(own, ..)| own != name));
-    let coordinates = coordinates
-        .into_iter()
-        .map(|(name, role, values)| (name, role, "coordinate of the rows in both studies", values));
-    let columns = names.into_iter().chain(coordinates).chain(results);
+    let mut shared = coordinates(&rows);
+    shared.retain(|(name, ..)| names.iter().chain(&own).all(|(known, ..)| known != name));
+    let meaning = "coordinate of the rows in both studies";
+    let of_both = shared.into_iter().map(|(name, role, values)| (name, role, meaning, values));
+    let columns = names.into_iter().chain(of_both).chain(own);
     let described = columns.map(|(name, role, meaning, values)| {
         let field = Field::new(name, values.data_type().clone(), true);
         (field.with_metadata(described(role, "", meaning)), values)

@@ -80,8 +80,8 @@ impl Studies {
                 path.display()
             )));
         }
-        let unpacked = is_archive.then(|| unpacked(path)).transpose();
-        let unpacked = unpacked.map_err(|source| StoreError::reading(path, source))?;
+        let tables = is_archive.then(|| unpacked(path)).transpose();
+        let unpacked = tables.map_err(|source| StoreError::reading(path, source))?;
         let folder = unpacked.as_ref().map_or(path, TempDir::path);
         // An archive, unpacked or not, contains a data folder.
         let (own, in_archive) = (folder.join(RESULTS), folder.join("data").join(RESULTS));

@@ -12,16 +12,16 @@ use asperity_mechanics::morphology::map::ContactMap;
 use asperity_mechanics::reduced::Units;
 use asperity_mechanics::threads::{Threads, available_cores};
 use asperity_stages::columns::{
-    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
+    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, LOAD, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
     PRESSURES, REPULSIVE, STEP,
 };
-use asperity_stages::ensemble::load_column;
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::grids::Grids;
 use asperity_stages::output_units::Conversion;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::solve::adhesion::{PathFields, StateMaps, displacement};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::units::{TableUnits, length_unit};
+use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::column::Role;
 use asperity_tables::store::Store;
@@ -115,11 +115,18 @@ impl SolvedTask {
         let loads = self.shown.reals(given)?;
         let contacts = rows.iter().map(|&row| self.set(MapKind::Contact, row));
         let [stored, shown] = [&self.table, &self.shown].map(length_unit);
+        let (name, unit) = match prescribed_length(given) {
+            Some(name) => (name, shown.clone()),
+            None if given == LOAD.name => ("load", None),
+            None => ("mean pressure", pressure_unit(&self.shown)),
+        };
         Ok(Overlay {
             grid: scaled(self.grid, factor(stored.as_deref(), shown.as_deref()))?,
             contacts: contacts.collect::<Result<_, _>>()?,
             loads: rows.iter().map(|&row| loads.value(row)).collect(),
+            load_name: unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})")),
             branch,
+            length_unit: shown,
         })
     }
 
