@@ -218,10 +218,6 @@ struct SetArguments {
 }
 
 impl SetArguments {
-    fn settings(&self) -> impl Iterator<Item = Setting> {
-        self.settings.iter().cloned()
-    }
-
     /// Refuses settings of a command that was called without a manifest.
     fn refuse(&self) -> Result<(), Failure> {
         if self.settings.is_empty() { Ok(()) } else { Err(misused("`--set` needs a manifest")) }
@@ -247,7 +243,8 @@ impl StudyArguments {
 
 /// Opens a session with settings that prints its notices on standard error.
 fn session(manifest: &Path, set: &SetArguments, data: &DataFolder) -> Session<'static> {
-    let session = Session::with_data(manifest, data.clone()).with_settings(set.settings());
+    let session =
+        Session::with_data(manifest, data.clone()).with_settings(set.settings.iter().cloned());
     session.observed_by(&print_notice)
 }
 

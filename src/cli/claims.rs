@@ -41,26 +41,19 @@ pub(crate) struct ClaimsArguments {
     json: bool,
 }
 
-/// Manifest and claims of a study, for printing.
-struct ClaimPrinter<'a> {
-    manifest: &'a Path,
-    study: &'a StudyClaims,
-}
-
 pub(crate) fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let Some(manifest) = &arguments.manifest else {
         write!(stdout(), "{}", list_without_study())?;
         return Ok(ExitCode::SUCCESS);
     };
     let study = super::session(manifest, &arguments.set, data).claims()?;
-    let printer = ClaimPrinter { manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
     };
     print_answer(arguments.json, &study.summary(claims), || match arguments.name {
-        Some(_) => claims.iter().map(|claim| claim_details(&printer, claim)).collect(),
-        None => list(&printer, claims),
+        Some(_) => claims.iter().map(|claim| claim_details(manifest, &study, claim)).collect(),
+        None => list(manifest, &study, claims),
     })
 }
 
@@ -79,18 +72,18 @@ fn short(value: f64) -> String {
 /// Indentation of the text about a claim, in characters.
 const INDENT: usize = 14;
 
-fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
+fn list(manifest: &Path, study: &StudyClaims, claims: &[Claim]) -> String {
     if claims.is_empty() {
         return "the manifest has no claims; add `[claim.NAME]`, or `claims = \"yastrebov-2015\"` \
                 to `[study]`\n"
             .to_owned();
     }
-    let missing = match printer.study.missing {
+    let missing = match study.missing {
         0 => String::new(),
         missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
     };
-    let claims_of_all = by_origin(claims, |claim| few_lines(printer, claim));
-    missing + &claims_of_all + &closing(claims, printer) + &left_out(printer.study.setting())
+    let claims_of_all = by_origin(claims, |claim| few_lines(study, claim));
+    missing + &claims_of_all + &closing(claims, manifest) + &left_out(study.setting())
 }
 
 /// Lists the claims of the program with their texts, without a study.
@@ -142,11 +135,11 @@ fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
     text
 }
 
-fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
+fn few_lines(study: &StudyClaims, claim: &Claim) -> String {
     let statement = &claim.statement;
     let said = said(statement);
     let found = match &claim.outcome {
-        ClaimOutcome::Judged(judgement) => finding(printer, claim, judgement),
+        ClaimOutcome::Judged(judgement) => finding(study, claim, judgement),
         ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
         ClaimOutcome::Noted => statement.reason.clone(),
     };
@@ -160,7 +153,7 @@ fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
     )
 }
 
-fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
+fn finding(study: &StudyClaims, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
     // This interval decides the verdict.
@@ -170,7 +163,7 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
     };
     let interval = interval(deciding, ends);
     let others = others(all, judgement);
-    let more = what_would_decide(printer, claim, judgement);
+    let more = what_would_decide(study, claim, judgement);
     let without = match judgement.without_value.as_slice() {
         [] => String::new(),
         [one] => format!("; no value for {one}"),
@@ -215,7 +208,7 @@ fn others(all: usize, judgement: &Judgement) -> String {
     }
 }
 
-fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
+fn closing(claims: &[Claim], manifest: &Path) -> String {
     // The names of the verdicts, and their forms after other numbers than 1.
     let words = [
         (Verdict::Holds.name(), "hold"),
@@ -242,8 +235,8 @@ fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
         });
         text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(", "));
     }
-    let manifest = shell_word(printer.manifest);
-    text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
+    let path = shell_word(manifest);
+    text + &format!("`asperity claims {path} NAME` explains one claim in detail\n")
 }
 
 /// Lists the rows that the claims omit, and the parameter values that they use instead.
@@ -256,7 +249,7 @@ fn left_out(setting: &Setting) -> String {
     lines.collect()
 }
 
-fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
+fn claim_details(manifest: &Path, study: &StudyClaims, claim: &Claim) -> String {
     let statement = &claim.statement;
     let whose = match statement.origin {
         Origin::Paper => "paper",
@@ -276,11 +269,11 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
         lines.retain(|(name, _)| [whose, "because"].contains(name));
     }
     let figure = statement.figure.as_deref();
-    lines.extend(figure.map(|figure| ("figure", figure_path(printer, figure))));
+    lines.extend(figure.map(|figure| ("figure", figure_path(manifest, study, figure))));
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
-            let decided_by = what_would_decide(printer, claim, judgement);
+            let decided_by = what_would_decide(study, claim, judgement);
             lines.push(("verdict", format!("{}{decided_by}", verdict(claim))));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
@@ -296,18 +289,18 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
 }
 
 /// Returns the path of the figure, and the command that draws it if it does not exist.
-fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
-    let path = printer.study.figures.join(format!("{figure}.svg"));
+fn figure_path(manifest: &Path, study: &StudyClaims, figure: &str) -> String {
+    let path = study.figures.join(format!("{figure}.svg"));
     if path.exists() {
         path.display().to_string()
     } else {
-        format!("{} (run `asperity report {}`)", path.display(), shell_word(printer.manifest))
+        format!("{} (run `asperity report {}`)", path.display(), shell_word(manifest))
     }
 }
 
 /// Returns the number of further surfaces that would decide an undecided claim.
-fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
-    match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
+fn what_would_decide(study: &StudyClaims, claim: &Claim, judgement: &Judgement) -> String {
+    match (judgement.verdict, study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present scatter, {} per spectrum would decide it, {}",
             counted(more, "more surface"),

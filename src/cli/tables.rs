@@ -24,8 +24,9 @@ use super::terminal::{GAP, Output, in_columns, stdout};
 use super::{Failure, SetArguments, StudyArguments, misused, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::formatting::{cells, counted, listed, short, whole_cells, wrapped};
-use crate::session::results::{Description, Table, TableFile, TableSource};
+use crate::session::results::{Description, Table, TableSource, read_file};
 use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
+use asperity_tables::parquet::Metadata;
 
 /// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
@@ -216,16 +217,15 @@ pub(crate) struct ShowArguments {
 }
 
 pub(crate) fn show(arguments: &ShowArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let file = TableFile::read(&arguments.what, data, &super::print_notice)?;
+    let (path, table, metadata) = read_file(&arguments.what, data, &super::print_notice)?;
     let mut out = stdout();
-    write_metadata(&mut out, &file)?;
-    write_head(&mut out, &file.table, arguments.rows)?;
+    writeln!(out, "{:15}{}", "file", path.display())?;
+    write_metadata(&mut out, &metadata)?;
+    write_head(&mut out, &table, arguments.rows)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn write_metadata(out: &mut impl Write, file: &TableFile) -> Result<(), Failure> {
-    let metadata = &file.metadata;
-    writeln!(out, "{:15}{}", "file", file.path.display())?;
+fn write_metadata(out: &mut impl Write, metadata: &Metadata) -> Result<(), Failure> {
     if let Some(key) = metadata.key {
         writeln!(out, "{:15}{key}", "key")?;
     }

@@ -224,42 +224,33 @@ pub(super) fn write_report(
     Ok(asperity_report::write(&subject, options.bars, &folder, options.replace)?)
 }
 
-/// Parquet file of asperity, with its table and provenance.
-#[derive(Debug)]
-pub(crate) struct TableFile {
-    pub(crate) path: PathBuf,
-    pub(crate) table: Table,
-    pub(crate) metadata: Metadata,
-}
-
-impl TableFile {
-    /// Reads a file by its path, or the table of a finished task by the first digits of its key.
-    /// The observer receives a notice about each listed store that cannot be used.
-    ///
-    /// # Errors
-    /// Returns an error if no file and no task matches, if several tasks match, or if the file is
-    /// damaged.
-    pub(crate) fn read(
-        what: &Path,
-        data: &DataFolder,
-        observer: &dyn Observer,
-    ) -> Result<TableFile, SessionError> {
-        let path = if what.is_file() {
-            if !begins_with(what, b"PAR1") {
-                let message = format!("`{}` is not a Parquet file", what.display());
-                return Err(SessionError::refused(message));
-            }
-            what.to_owned()
-        } else {
-            let store = open_read_only(data, observer)?;
-            let key = name_lookup::finished(&what.to_string_lossy(), &store, data)?;
-            // Rows of a series may be in several files, of which the first is shown.
-            let mut files = store.files_of(key)?;
-            files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
-            let whole = FileName { key, rows: None };
-            store.locate(files.first().unwrap_or(&whole))
-        };
-        let (table, metadata) = read_whole(&path, Columns::All)?;
-        Ok(TableFile { path, table, metadata })
-    }
+/// Reads a Parquet file of asperity by its path, or the table of a finished task by the first digits
+/// of its key. Returns the path of the file with the table and the provenance. The observer receives
+/// a notice about each listed store that cannot be used.
+///
+/// # Errors
+/// Returns an error if no file and no task matches, if several tasks match, or if the file is
+/// damaged.
+pub(crate) fn read_file(
+    what: &Path,
+    data: &DataFolder,
+    observer: &dyn Observer,
+) -> Result<(PathBuf, Table, Metadata), SessionError> {
+    let path = if what.is_file() {
+        if !begins_with(what, b"PAR1") {
+            let message = format!("`{}` is not a Parquet file", what.display());
+            return Err(SessionError::refused(message));
+        }
+        what.to_owned()
+    } else {
+        let store = open_read_only(data, observer)?;
+        let key = name_lookup::finished(&what.to_string_lossy(), &store, data)?;
+        // Rows of a series may be in several files, of which the first is shown.
+        let mut files = store.files_of(key)?;
+        files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
+        let whole = FileName { key, rows: None };
+        store.locate(files.first().unwrap_or(&whole))
+    };
+    let (table, metadata) = read_whole(&path, Columns::All)?;
+    Ok((path, table, metadata))
 }

@@ -411,14 +411,11 @@ impl Queue {
 /// Returns the receipts of processes that may be running. Of an array element, only the latest
 /// receipt counts, and only if `queue` (where it is known) lists the element as running.
 fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Receipt> {
-    let runs = |name: &String| {
-        queue.is_none_or(|queue| {
-            let running = queue.iter().filter(|queued| queued.is_running());
-            let mut names =
-                running.filter_map(|queued| Some(job_name(queued.array, queued.element?)));
-            names.any(|running| running == *name)
-        })
-    };
+    let listed = queue.map(|queue| -> HashSet<String> {
+        let running = queue.iter().filter(|queued| queued.is_running());
+        running.filter_map(|queued| Some(job_name(queued.array, queued.element?))).collect()
+    });
+    let runs = |name: &String| listed.as_ref().is_none_or(|listed| listed.contains(name));
     let mut latest: HashMap<&str, u64> = HashMap::new();
     for receipt in receipts {
         if let Some(job) = &receipt.job {
