@@ -72,8 +72,13 @@ struct ProgressDisplay {
 impl ProgressDisplay {
     /// Starts the display for a batch of tasks.
     fn new(batch: Batch) -> ProgressDisplay {
-        let total = batch.tasks.len();
-        let bar = stderr().is_terminal().then(|| bar(total));
+        let bar = stderr().is_terminal().then(|| {
+            let template = "{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}";
+            let style = ProgressStyle::with_template(template).expect("the template is valid");
+            let bar = ProgressBar::new(batch.tasks.len() as u64).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(250));
+            bar
+        });
         if bar.is_none() {
             warn(&batch.to_string());
         }
@@ -89,14 +94,6 @@ impl ProgressDisplay {
             warn(&self.run.to_string());
         }
     }
-}
-
-fn bar(total: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
-        .expect("the template is valid");
-    let bar = ProgressBar::new(total as u64).with_style(style);
-    bar.enable_steady_tick(Duration::from_millis(250));
-    bar
 }
 
 /// Time that a stopped run may take to end if a user waits at the terminal.

@@ -1,29 +1,31 @@
 //! Errors of the means of a study, with the costs of halving them, and missing surfaces.
 
 mod additions;
-mod costs;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use serde::Serialize;
 
-use self::costs::{Costs, Surfaces};
 use super::advice::{StudyAdvice, stacked};
 use super::status::in_hours;
 use super::{Session, SessionError, UnknownName, name_lookup};
-use asperity_pipeline::results::StudyResults;
+use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::{StudyResults, TASK};
 use asperity_pipeline::study::MeansOfStage;
+use asperity_stages::Kind;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, K_UPPER, NODES,
     TOLERANCE,
 };
-use asperity_stages::ensemble::{ParameterPoint, load_column};
+use asperity_stages::ensemble::{Ensemble, ParameterPoint, load_column};
 use asperity_stages::error_budget::{
     self, ErrorBudget, LoadBudget, MESH, SizeError, SolverError, Term, number,
 };
 use asperity_statistics::differences::MeanDifference;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::column::Role;
+use asperity_tables::table::{Table, TableError};
 
 pub use self::additions::Addition;
 pub use super::advice::{AdvisedFit, AdvisedStep};
@@ -381,4 +383,57 @@ fn factor(sizes: &[(&LoadBudget, &SizeError)]) -> Option<usize> {
     let order = orders.get(orders.len() / 2)?;
     // An order of 0.9 nearly halves the error.
     (2 * orders.len() > sizes.len()).then_some(if *order > 0.9 { 2 } else { 4 })
+}
+
+/// Tasks that make the surfaces of an ensemble.
+type Surfaces = BTreeSet<usize>;
+
+/// Tasks of a plan, grouped by the surface that they depend on.
+struct Costs<'a> {
+    plan: &'a Plan,
+    model: CostModel,
+    by_surface: BTreeMap<usize, Vec<usize>>,
+    /// Surface on which the task with a key in published tables depends.
+    surfaces: HashMap<String, usize>,
+}
+
+impl<'a> Costs<'a> {
+    fn new(plan: &'a Plan) -> Costs<'a> {
+        let mut surface_of: Vec<Option<usize>> = Vec::with_capacity(plan.tasks.len());
+        let mut by_surface: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut surfaces = HashMap::new();
+        for (index, task) in plan.tasks.iter().enumerate() {
+            let surface = match task.recipe.kind() {
+                Kind::Generate => Some(index),
+                Kind::Solve | Kind::Measure | Kind::Correct if task.inputs.len() == 1 => {
+                    surface_of[task.inputs[0]]
+                }
+                _ => None,
+            };
+            if let Some(surface) = surface {
+                by_surface.entry(surface).or_default().push(index);
+                surfaces.insert(task.table.key.to_string(), surface);
+            }
+            surface_of.push(surface);
+        }
+        Costs { plan, model: CostModel::default(), by_surface, surfaces }
+    }
+
+    /// Returns the surfaces of an ensemble of rows of a published table.
+    fn surfaces_of(&self, table: &Table, ensemble: &Ensemble) -> Result<Surfaces, TableError> {
+        let keys = table.texts(TASK.name)?;
+        let known = ensemble.states().filter_map(|(_, _, row)| self.surfaces.get(keys.value(row)));
+        Ok(known.copied().collect())
+    }
+
+    /// Returns the mean of the expected core-seconds of surfaces with `factor` times the nodes per
+    /// side.
+    fn per_surface(&self, surfaces: &Surfaces, factor: f64) -> f64 {
+        let tasks = surfaces.iter().flat_map(|surface| &self.by_surface[surface]);
+        let seconds = tasks.map(|&task| {
+            let task = &self.plan.tasks[task];
+            self.model.seconds_on(task, task.nodes.map(|nodes| (nodes as f64 * factor) as usize))
+        });
+        seconds.sum::<f64>() / surfaces.len().max(1) as f64
+    }
 }

@@ -157,11 +157,7 @@ impl Picture {
         if kind == MapKind::Contact && is_overlay {
             return Picture::of_all_contacts(maps, surface.as_ref());
         }
-        let shown = if options.animate {
-            animated(maps, kind, load, stop)?
-        } else {
-            vec![still_map(maps, kind, load, stop)?]
-        };
+        let shown = shown_maps(maps, kind, load, options.animate, stop)?;
         let scales = shown.iter().map(|map| map.node_values().scale());
         let scale = scales.reduce(Scale::covering).expect("there is a map");
         let mut picture = Picture::new(maps.task, kind, shown[0].grid);
@@ -333,65 +329,48 @@ impl Picture {
     }
 }
 
-/// Returns the map of a quantity under a load.
-fn still_map(
+/// Returns the map of a quantity under a load, or for an animation its maps at all loads or along a
+/// path. States without a gap are left out of an animation of gaps. In the contact map of a path,
+/// nodes with positive pressure have the value 2.
+fn shown_maps(
     maps: &mut TaskMaps,
     kind: MapKind,
     load: Option<ChosenLoad>,
-    stop: &AtomicBool,
-) -> Result<Map, SessionError> {
-    if kind == MapKind::Heights {
-        return maps.map(kind, load, stop);
-    }
-    let row = maps.row(kind, load)?;
-    if kind == MapKind::Gap && maps.is_apart(row)? {
-        return Err(SessionError::refused(
-            "the surfaces have pulled off; choose another state or another map",
-        ));
-    }
-    drawn_map(maps, kind, row, stop)
-}
-
-/// Returns the map of a quantity in a row. In the contact map of a path, nodes with positive
-/// pressure have the value 2.
-fn drawn_map(
-    maps: &mut TaskMaps,
-    kind: MapKind,
-    row: usize,
-    stop: &AtomicBool,
-) -> Result<Map, SessionError> {
-    let mut map = maps.map_of_row(kind, row, stop)?;
-    if kind == MapKind::Contact && maps.is_path() {
-        let repulsive = maps.map_of_row(MapKind::Repulsive, row, stop)?;
-        map.values.iter_mut().zip(repulsive.values).for_each(|(node, pushed)| *node += pushed);
-    }
-    Ok(map)
-}
-
-/// Returns the maps of a quantity at all loads, or along a path. States without a gap are left out
-/// of an animation of gaps.
-fn animated(
-    maps: &mut TaskMaps,
-    kind: MapKind,
-    load: Option<ChosenLoad>,
+    animate: bool,
     stop: &AtomicBool,
 ) -> Result<Vec<Map>, SessionError> {
-    if kind == MapKind::Heights || load.is_some() {
+    if animate && (kind == MapKind::Heights || load.is_some()) {
         return Err(SessionError::refused(
             "an animation shows all loads; omit `--load` and `--gap`, and choose no heights",
         ));
     }
+    if kind == MapKind::Heights {
+        return Ok(vec![maps.map(kind, load, stop)?]);
+    }
     let mut rows = Vec::new();
-    for row in maps.rows() {
+    for row in if animate { maps.rows() } else { Vec::new() } {
         if kind != MapKind::Gap || !maps.is_apart(row)? {
             rows.push(row);
         }
     }
     if rows.is_empty() {
-        // The error says what the task lacks.
-        return Ok(vec![still_map(maps, kind, None, stop)?]);
+        // Of an animation, the error says what the task lacks.
+        let row = maps.row(kind, load)?;
+        if kind == MapKind::Gap && maps.is_apart(row)? {
+            let message = "the surfaces have pulled off; choose another state or another map";
+            return Err(SessionError::refused(message));
+        }
+        rows.push(row);
     }
-    rows.into_iter().map(|row| drawn_map(maps, kind, row, stop)).collect()
+    let map = |row: usize| {
+        let mut map = maps.map_of_row(kind, row, stop)?;
+        if kind == MapKind::Contact && maps.is_path() {
+            let repulsive = maps.map_of_row(MapKind::Repulsive, row, stop)?;
+            map.values.iter_mut().zip(repulsive.values).for_each(|(node, pushed)| *node += pushed);
+        }
+        Ok(map)
+    };
+    rows.into_iter().map(map).collect()
 }
 
 /// Draws the pictures of an animation.

@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 use toml::Table;
 
-use super::FEWEST;
-use super::costs::{Costs, Surfaces};
+use super::{Costs, FEWEST, Surfaces};
 use crate::session::status::in_hours;
 use asperity_manifest::decimal;
 use asperity_pipeline::plan::{Plan, PlannedStage};
