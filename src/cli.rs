@@ -7,7 +7,6 @@
 
 mod claims;
 mod cluster;
-mod columns;
 mod console;
 pub(crate) mod diff;
 mod errors;
@@ -26,9 +25,11 @@ use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Parser, Subcommand};
 use serde::Serialize;
+use signal_hook::consts::SIGXFSZ;
 
 use asperity_queries::silence_panics;
 
@@ -58,7 +59,7 @@ enum Command {
     /// Write a template manifest for a new study.
     Init(plan::InitArguments),
     /// Validate a manifest and print a summary.
-    Check(plan::CheckArguments),
+    Check(StudyArguments),
     /// List the finished and the missing tasks of each stage.
     Plan(plan::PlanArguments),
     /// Explain why tasks will run, what they cost and what is reused.
@@ -70,7 +71,7 @@ enum Command {
     /// Show the progress of a study, on this machine or on a cluster.
     Status(cluster::StatusArguments),
     /// Cancel the Slurm jobs of a study and keep its finished tasks.
-    Cancel(cluster::CancelArguments),
+    Cancel(StudyArguments),
     /// Complete a submitted study: run small remainders locally, resubmit large ones, write the
     /// tables.
     ///
@@ -109,7 +110,7 @@ enum Command {
     /// Delete files that none of the given manifests needs.
     Prune(maintenance::PruneArguments),
     /// Print the JSON Schema of manifests, for editors.
-    Schema(reference::SchemaArguments),
+    Schema,
     /// Print completions for a shell.
     Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
@@ -125,51 +126,48 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     silence_panics();
     let arguments = Arguments::parse_from(line);
     let data = DataFolder::new(arguments.data).with_settings(user_settings());
-    if let Err(error) = console::survive_large_files() {
-        return report(&error, &data);
-    }
-    if let Err(error) = choose_instructions() {
-        return report(error.as_ref(), &data);
-    }
-    let result = match arguments.command {
-        Command::Init(arguments) => plan::init(&arguments),
-        Command::Check(arguments) => plan::check(&arguments, &data),
-        Command::Plan(arguments) => plan::plan(&arguments, &data),
-        Command::Explain(arguments) => plan::explain(&arguments, &data),
-        Command::Run(arguments) => run::run(&arguments, &data),
-        Command::Submit(arguments) => cluster::submit(&arguments, &data, program),
-        Command::Status(arguments) => cluster::status(&arguments, &data),
-        Command::Cancel(arguments) => cluster::cancel(&arguments, &data),
-        Command::Finish(arguments) => cluster::finish(&arguments, &data),
-        Command::Claims(arguments) => claims::claims(&arguments, &data),
-        Command::Errors(arguments) => errors::errors(&arguments, &data),
-        Command::Report(arguments) => report::report(&arguments, &data),
-        Command::Table(arguments) => tables::table(&arguments, &data),
-        Command::Columns(arguments) => tables::columns(&arguments, &data),
-        Command::Show(arguments) => tables::show(&arguments, &data),
-        Command::Diff(arguments) => diff::diff(&arguments, &data),
-        Command::Share(arguments) => report::share(&arguments, &data),
-        Command::View(arguments) => pictures::view(&arguments, &data),
-        Command::Export(arguments) => pictures::export(&arguments, &data),
-        Command::Surface(arguments) => pictures::surface(&arguments),
-        Command::Verify(arguments) => maintenance::verify(&arguments, &data),
-        Command::Prune(arguments) => maintenance::prune(&arguments, &data),
-        Command::Schema(arguments) => reference::schema(&arguments),
-        Command::Completions(arguments) => reference::completions::<Arguments>(&arguments),
-        Command::Man(arguments) => reference::man::<Arguments>(&arguments),
-    };
+    let result = perform(arguments.command, &data, program);
     result.unwrap_or_else(|failure| report(failure.as_ref(), &data))
 }
 
-/// Selects the instruction set that the environment variable `ASPERITY_SIMD` names.
-///
-/// Tests use it to check that all instruction sets give the same bytes.
-fn choose_instructions() -> Result<(), Failure> {
-    match env::var("ASPERITY_SIMD") {
-        Ok(name) => {
-            Instructions::choose(&name).map_err(|error| misused(format!("ASPERITY_SIMD: {error}")))
-        }
-        Err(_) => Ok(()),
+fn perform(
+    command: Command,
+    data: &DataFolder,
+    program: Option<&Path>,
+) -> Result<ExitCode, Failure> {
+    // A file that exceeds `ulimit -f` becomes a write error. Otherwise the signal would end the
+    // process without a message.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
+    // Tests check that all instruction sets give the same bytes.
+    if let Ok(name) = env::var("ASPERITY_SIMD") {
+        Instructions::choose(&name).map_err(|error| misused(format!("ASPERITY_SIMD: {error}")))?;
+    }
+    match command {
+        Command::Init(arguments) => plan::init(&arguments),
+        Command::Check(arguments) => plan::check(&arguments, data),
+        Command::Plan(arguments) => plan::plan(&arguments, data),
+        Command::Explain(arguments) => plan::explain(&arguments, data),
+        Command::Run(arguments) => run::run(&arguments, data),
+        Command::Submit(arguments) => cluster::submit(&arguments, data, program),
+        Command::Status(arguments) => cluster::status(&arguments, data),
+        Command::Cancel(arguments) => cluster::cancel(&arguments, data),
+        Command::Finish(arguments) => cluster::finish(&arguments, data),
+        Command::Claims(arguments) => claims::claims(&arguments, data),
+        Command::Errors(arguments) => errors::errors(&arguments, data),
+        Command::Report(arguments) => report::report(&arguments, data),
+        Command::Table(arguments) => tables::table(&arguments, data),
+        Command::Columns(arguments) => tables::columns(&arguments, data),
+        Command::Show(arguments) => tables::show(&arguments, data),
+        Command::Diff(arguments) => diff::diff(&arguments, data),
+        Command::Share(arguments) => report::share(&arguments, data),
+        Command::View(arguments) => pictures::view(&arguments, data),
+        Command::Export(arguments) => pictures::export(&arguments, data),
+        Command::Surface(arguments) => pictures::surface(&arguments),
+        Command::Verify(arguments) => maintenance::verify(&arguments, data),
+        Command::Prune(arguments) => maintenance::prune(&arguments, data),
+        Command::Schema => reference::schema(),
+        Command::Completions(arguments) => reference::completions::<Arguments>(&arguments),
+        Command::Man(arguments) => reference::man::<Arguments>(&arguments),
     }
 }
 
@@ -189,11 +187,13 @@ fn misused(message: impl Into<String>) -> Failure {
 fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> ExitCode {
     let of_session = failure.downcast_ref::<SessionError>();
     if let Some(SessionError::Manifest(errors)) = of_session {
-        let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        let colours = stderr().is_terminal() && env::var_os("NO_COLOR").is_none();
         let _ = write!(stderr(), "{}", errors.render(colours));
         return ExitCode::from(2);
     }
-    if is_closed_pipe(failure) {
+    // The reader of the output, such as `head`, has closed the pipe.
+    let of_output = failure.downcast_ref::<io::Error>().map(io::Error::kind);
+    if of_output == Some(io::ErrorKind::BrokenPipe) {
         return ExitCode::SUCCESS;
     }
     let mut text = format!("error: {}", chain(failure));
@@ -201,22 +201,9 @@ fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> E
     if damaged.is_some_and(|path| path.starts_with(data.path())) {
         text += "; set it aside with `asperity verify`, and compute it again with `asperity run`";
     }
-    if let Some(key) = of_session.and_then(SessionError::lost_in_layer) {
-        text += &format!("; compute it into your store with `asperity run MANIFEST --only {key}`");
-    }
     warn(&text);
-    if failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
-        ExitCode::from(2)
-    } else {
-        ExitCode::from(1)
-    }
-}
-
-/// Returns whether the reader of the output, such as `head`, has closed the pipe.
-fn is_closed_pipe(failure: &(dyn Error + 'static)) -> bool {
-    failure
-        .downcast_ref::<std::io::Error>()
-        .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+    let is_misuse = failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse);
+    ExitCode::from(if is_misuse { 2 } else { 1 })
 }
 
 /// Options that override keys of the manifest.
@@ -231,16 +218,9 @@ struct SetArguments {
 }
 
 impl SetArguments {
-    fn settings(&self) -> impl Iterator<Item = Setting> {
-        self.settings.iter().cloned()
-    }
-
     /// Refuses settings of a command that was called without a manifest.
     fn refuse(&self) -> Result<(), Failure> {
-        match self.settings.as_slice() {
-            [] => Ok(()),
-            _ => Err(misused("`--set` needs a manifest")),
-        }
+        if self.settings.is_empty() { Ok(()) } else { Err(misused("`--set` needs a manifest")) }
     }
 }
 
@@ -263,7 +243,8 @@ impl StudyArguments {
 
 /// Opens a session with settings that prints its notices on standard error.
 fn session(manifest: &Path, set: &SetArguments, data: &DataFolder) -> Session<'static> {
-    let session = Session::with_data(manifest, data.clone()).with_settings(set.settings());
+    let session =
+        Session::with_data(manifest, data.clone()).with_settings(set.settings.iter().cloned());
     session.observed_by(&print_notice)
 }
 

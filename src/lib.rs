@@ -69,7 +69,9 @@ pub mod internal {
     pub use crate::cli::terminal::escaped;
     pub use crate::cli::{run as command, user_settings};
     pub use crate::session::export::write_gwyddion;
+    pub use asperity_manifest::diagnostics::chain;
     pub use asperity_queries::silence_panics;
+    pub use asperity_stages::measure::areal;
     pub use asperity_stages::{spectrum_files, surface_files};
 }
 

@@ -65,9 +65,7 @@ pub(crate) mod formatting;
 pub(crate) mod index;
 pub(crate) mod maintenance;
 pub(crate) mod name_lookup;
-pub(crate) mod new_manifest;
 pub(crate) mod output_files;
-pub(crate) mod sharing;
 pub(crate) mod submission;
 pub(crate) mod task_choice;
 pub(crate) mod topography_file;
@@ -75,9 +73,9 @@ pub(crate) mod view;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use crate::share::{Contents, ShareError};
 use asperity_claims::DeclaredClaims;
 use asperity_pipeline::data_folder;
 use asperity_pipeline::plan::reasons::record::Record;
@@ -103,7 +101,7 @@ pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};
 pub use status::Status;
 pub use task_choice::{ChosenLoad, Coordinate, InvalidCoordinate, InvalidLoad};
 
-pub(crate) use crate::share::{Day, ShareOptions, utc};
+pub(crate) use crate::share::{ShareOptions, SharedStudy};
 pub(crate) use asperity_mechanics::instructions::Instructions;
 pub(crate) use asperity_pipeline::results::StudyResults;
 pub(crate) use asperity_pipeline::settings_file::FILE as SETTINGS_FILE;
@@ -114,9 +112,8 @@ pub(crate) use asperity_tables::store::files::make_folder;
 pub(crate) use index::StudyIndex;
 pub(crate) use maps::TaskMaps;
 pub(crate) use results::Bars;
-pub(crate) use sharing::SharedStudy;
 pub(crate) use status::Progress;
-pub(crate) use submission::{FinishOptions, FinishOutcome, PlannedSubmission, SubmitOptions};
+pub(crate) use submission::{FinishOutcome, PlannedSubmission};
 
 /// Manifest of a study with its data folder.
 ///
@@ -128,8 +125,6 @@ pub struct Session<'a> {
     settings: Vec<Setting>,
     data: DataFolder,
     observer: &'a dyn Observer,
-    /// True once the observer has received the notices about stores that cannot be used.
-    has_reported_stores: Arc<AtomicBool>,
 }
 
 impl fmt::Debug for Session<'_> {
@@ -156,7 +151,6 @@ impl Session<'static> {
             manifest,
             settings: Vec::new(),
             observer: &|_: Event<'_>| {},
-            has_reported_stores: Arc::default(),
         }
     }
 }
@@ -164,8 +158,8 @@ impl Session<'static> {
 impl Session<'_> {
     /// Returns the session with an observer that receives its events.
     pub fn observed_by(self, observer: &dyn Observer) -> Session<'_> {
-        let Session { manifest, settings, data, has_reported_stores, .. } = self;
-        Session { manifest, settings, data, observer, has_reported_stores }
+        let Session { manifest, settings, data, .. } = self;
+        Session { manifest, settings, data, observer }
     }
 
     /// Returns the session with settings, which override keys of the manifest. The study has the
@@ -197,14 +191,15 @@ impl Session<'_> {
         Ok(Study::read(&self.manifest, &self.settings)?)
     }
 
-    /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires.
+    /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires,
+    /// and the store.
     ///
     /// # Errors
     /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
     /// cannot be read.
-    pub(crate) fn sampled(&self) -> Result<SampledStudy, SessionError> {
-        let store = self.open_read_only()?;
-        Ok(SampledStudy::from_tables(self.study()?, &store, &DeclaredClaims)?)
+    pub(crate) fn sampled(&self) -> Result<(SampledStudy, Store), SessionError> {
+        let store = open_read_only(&self.data, self.observer)?;
+        Ok((SampledStudy::from_tables(self.study()?, &store, &DeclaredClaims)?, store))
     }
 
     /// Returns the finished and the missing tasks of each stage, with the reasons why tasks will
@@ -214,9 +209,9 @@ impl Session<'_> {
     /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
     /// cannot be read.
     pub fn status(&self) -> Result<Status, SessionError> {
-        let sampled = self.sampled()?;
+        let (sampled, store) = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
-        Ok(Status::new(sampled, &self.open_read_only()?, record.as_ref()))
+        Ok(Status::new(sampled, &store, record.as_ref()))
     }
 
     /// Computes missing tasks and writes the tables of the stages, until all tasks are finished or
@@ -246,7 +241,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns the same errors as [`Session::sampled`].
     pub(crate) fn reading(&self) -> Result<StudyResults, SessionError> {
-        let (store, results) = (self.open_read_only()?, self.data.results());
+        let (store, results) = (open_read_only(&self.data, self.observer)?, self.data.results());
         let study = read_study(&self.manifest, &self.settings, &store, &results)?;
         for file in study.sources.recalled() {
             self.notify(Event::Notice(Notice::Recalled(file)));
@@ -259,7 +254,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns the same errors as [`Session::status`].
     pub fn tables(&self) -> Result<Tables<'_>, SessionError> {
-        Tables::read_all(self)
+        Ok(Tables { session: self, reading: self.reading()? })
     }
 
     /// Reads the table of a stage, or the table of failures (see [`Tables::table`]).
@@ -313,20 +308,48 @@ impl Session<'_> {
         results::write_report(self, options)
     }
 
+    /// Writes an archive of the study, which can run in the unpacked folder.
+    ///
+    /// # Errors
+    /// Returns an error if the manifest or one of its input files cannot be read, if a table is
+    /// damaged or out of date, or if the archive cannot be written.
+    pub(crate) fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
+        // Not `self.reading()`: the archive needs the files of measured surfaces.
+        let data = self.data();
+        let reading = StudyResults::new(
+            self.study()?,
+            open_read_only(data, self.observer)?,
+            &data.results(),
+            &DeclaredClaims,
+        )?;
+        let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
+        let archive = options.output.clone().unwrap_or_else(named);
+        if !options.replace && archive.symlink_metadata().is_ok() {
+            return Err(ShareError::Exists { path: archive }.into());
+        }
+        let contents = Contents::collect(&reading, self.manifest(), data, options)?;
+        contents.check_output(&archive)?;
+        for (stage, finished, tasks) in &contents.incomplete {
+            self.notify(Event::Notice(Notice::Incomplete {
+                stage,
+                finished: *finished,
+                tasks: *tasks,
+                manifest: self.manifest(),
+            }));
+        }
+        let (tables, stored) = (contents.tables, contents.stored);
+        contents.write(&archive, options)?;
+        let bytes = archive.metadata().map_or(0, |metadata| metadata.len());
+        let (stored, tasks) = stored.unzip();
+        Ok(SharedStudy { archive, bytes, tables, stored, tasks })
+    }
+
     /// Opens the store for writing and deletes unfinished files of ended processes.
     fn open(&self) -> Result<Store, SessionError> {
         // Ignore errors: unfinished files do no harm.
         let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
         notify_of_lock(&self.data, self.observer);
         Ok(self.data.open()?)
-    }
-
-    /// Opens the store for reading. The observer receives a notice about each listed store that
-    /// cannot be used, once per session.
-    pub(crate) fn open_read_only(&self) -> Result<Store, SessionError> {
-        let is_reported = self.has_reported_stores.swap(true, Ordering::Relaxed);
-        let ignore = |_: Event<'_>| {};
-        open_read_only(&self.data, if is_reported { &ignore } else { self.observer })
     }
 
     pub(crate) fn notify(&self, event: Event<'_>) {

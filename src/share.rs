@@ -14,33 +14,64 @@ mod research_object;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use chrono::{DateTime, NaiveDate, Utc};
+use serde::Serialize;
+
 use asperity_manifest::diagnostics::shell_word;
 use asperity_pipeline::results::ResultsError;
 use asperity_tables::store::StoreError;
-use chrono::{DateTime, Utc};
 
 pub use archive::UnportablePath;
-pub(crate) use archive::is_archive;
-pub(crate) use chrono::NaiveDate as Day;
 pub(crate) use contents::Contents;
 
 /// Options of an archive of a study.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct ShareOptions {
-    /// Path of the archive (default: `STUDY.zip` in the current folder).
+    /// Archive to write (default: `STUDY.zip` in the current folder).
+    #[arg(long, short, value_name = "FILE.zip")]
     pub(crate) output: Option<PathBuf>,
-    /// Include the tables of the store with all maps, so that a run in the unpacked folder has
-    /// nothing to compute.
+
+    /// Include the tables of the store, with all maps.
+    ///
+    /// With them, `run` in the unpacked archive has nothing to compute. Without them, it recomputes
+    /// everything; the tables of the stages can be read in both cases.
+    #[arg(long)]
     pub(crate) store: bool,
-    /// Overwrite an existing archive.
+
+    /// Overwrite an existing archive (other files are never overwritten).
+    #[arg(long)]
     pub(crate) replace: bool,
-    /// Date in the description of the archive. Archives of the same study, options and date have
-    /// the same bytes.
-    pub(crate) day: Day,
-    /// License in the description, as an SPDX identifier or a URL.
+
+    /// License of the archive, as an SPDX identifier, such as CC-BY-4.0, or a URL.
+    #[arg(long)]
     pub(crate) license: Option<String>,
-    /// Names of the authors in the description.
+
+    /// Author of the archive (can be repeated).
+    #[arg(long = "author", value_name = "NAME")]
     pub(crate) authors: Vec<String>,
+
+    /// Date of the archive (default: today, UTC).
+    ///
+    /// The same study and date give the same bytes.
+    #[arg(long, value_name = "YYYY-MM-DD", default_value_t = today(), hide_default_value = true)]
+    pub(crate) date: NaiveDate,
+}
+
+fn today() -> NaiveDate {
+    utc(SystemTime::now()).date_naive()
+}
+
+/// Size and contents of a written archive.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct SharedStudy {
+    pub(crate) archive: PathBuf,
+    pub(crate) bytes: u64,
+    /// Number of tables of stages in the archive.
+    pub(crate) tables: usize,
+    /// Number of tables of tasks in the archive, or `None` without the store.
+    pub(crate) stored: Option<usize>,
+    /// Number of tasks of the study, or `None` without the store.
+    pub(crate) tasks: Option<usize>,
 }
 
 /// Converts a moment to UTC. Moments before 1970 become its first second.

@@ -114,7 +114,7 @@ class EvolutionLaw:
         value: Optional[float] = None if isinstance(kappa, str) else float(kappa)
         if isinstance(kappa, str) and kappa not in ("free", "least-convex"):
             raise ArgumentError(f'kappa is "{kappa}", but must be a number, "free" or "least-convex"')
-        parameters, _, _, _ = _asperity.fit_evolution(
+        parameters = _asperity.fit_evolution(
             abscissae, rows, window, quantity, value, kappa == "least-convex"
         )
         return cls(*parameters)

@@ -421,7 +421,7 @@ def _topography(
         against = Topography._of(against, topography.size, topography.unit, topography.is_periodic)
     _refuse_missing(against)
     keys = {"shift": None if shift is None else list(shift), "mirror": mirror, "boundary": boundary}
-    placed = _asperity.placed(against.values, against.size, keys)
+    placed = _asperity.placed((against.values, against.size), keys)
     return topography + Topography._of(placed, against.size, against.unit, against.is_periodic)
 
 
@@ -437,8 +437,7 @@ def _pressing(
     jobs: Optional[int],
 ) -> "_asperity.Pressing":
     pressing = _asperity.Pressing(
-        topography._heights,
-        topography.size,
+        (topography._heights, topography.size),
         topography.unit,
         topography._rms_slope,
         topography.is_periodic,

@@ -387,7 +387,8 @@ class Study:
         quantity: str,
         load: Union[float, str, None],
     ) -> Map:
-        found, notices = self._session.map(stage, _written(coordinates), quantity, load)
+        chosen = None if load is None else str(load)
+        found, notices = self._session.map(stage, _written(coordinates), quantity, chosen)
         _warn(notices, stacklevel=4)
         return Map(quantity=quantity, **found)
 
@@ -478,10 +479,12 @@ class Study:
         Returns
         -------
         list of dict
-            ``name``, ``kind``, ``says``, ``where``, ``quantity``, ``because``, ``data``, ``expected``,
-            ``verdict``; claims with a verdict also have ``quantities`` and ``more_surfaces``.
+            The claims of ``asperity claims --json``: ``name``, ``kind``, ``says``, ``where``, ``quantity``,
+            ``because``, ``data``, ``expected``, ``verdict``, ``quantities``, ``more_surfaces`` and others, None or
+            empty if a claim has none.
         """
-        return self._session.claims()
+        claims: List[Dict[str, Any]] = json.loads(self._session.claims())["claims"]
+        return claims
 
     def report(self, output: Optional[PathLike] = None, replace: bool = False) -> Report:
         """Writes an HTML page of figures and tables, and each figure as SVG, PNG and PDF.

@@ -126,7 +126,7 @@ class Topography:
 
     def _warn(self, has_given_sides: bool) -> None:
         """Warns if heights or sides are probably in another unit."""
-        for message in _asperity.implausible(self._heights, self._size, self.unit, has_given_sides):
+        for message in _asperity.implausible((self._heights, self._size), self.unit, has_given_sides):
             warnings.warn(message, StudyWarning, stacklevel=3)
 
     @property
@@ -244,7 +244,7 @@ class Topography:
         >>> bool(abs(tilted.detrend().heights).max() < 1e-15)
         True
         """
-        return self._changed(_asperity.level(self._heights, self._size, form))
+        return self._changed(_asperity.level((self._heights, self._size), form))
 
     def level_through(self, a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> "Topography":
         """Returns the map minus the plane through the heights of the nodes nearest to three positions.
@@ -266,7 +266,7 @@ class Topography:
         [[0.0, 0.0], [0.0, 3.0]]
         """
         points = [(float(x), float(y)) for x, y in (a, b, c)]
-        return self._changed(_asperity.level_through(self._heights, self._size, points))
+        return self._changed(_asperity.level_through((self._heights, self._size), points))
 
     def align(self, by: str = "median", along: str = "x", degree: int = 1) -> "Topography":
         """Returns the map with its scan lines aligned, which removes the offsets between them.
@@ -288,7 +288,7 @@ class Topography:
         >>> Topography([[1.0, 11.0], [2.0, 12.0], [3.0, 13.0]], size=1.0).align().values.tolist()
         [[6.0, 6.0], [7.0, 7.0], [8.0, 8.0]]
         """
-        return self._changed(_asperity.align(self._heights, self._size, by, along, degree))
+        return self._changed(_asperity.align((self._heights, self._size), by, along, degree))
 
     def remove_spikes(self, threshold: float = 8.0, window: int = 5) -> "Topography":
         """Returns the map with its spikes missing; call :meth:`fill` to fill them.
@@ -313,7 +313,7 @@ class Topography:
         >>> left.missing, bool(left.heights.mask[20, 10])
         (1, True)
         """
-        found = _asperity.remove_spikes(self._heights, self._size, threshold, window, self._is_periodic)
+        found = _asperity.remove_spikes((self._heights, self._size), threshold, window, self._is_periodic)
         return self._changed(found)
 
     def remove_islands(self, points: int) -> "Topography":
@@ -325,7 +325,7 @@ class Topography:
         >>> Topography([[1.0, 2.0, nan, 9.0]], size=1.0).remove_islands(1).values.tolist()
         [[1.0, 2.0, nan, nan]]
         """
-        left = _asperity.remove_islands(self._heights, self._size, points, self._is_periodic)
+        left = _asperity.remove_islands((self._heights, self._size), points, self._is_periodic)
         return self._changed(left)
 
     def fill(self, method: str = "harmonic") -> "Topography":
@@ -347,7 +347,7 @@ class Topography:
         >>> holey.missing, float(holey.fill().heights[1, 1])
         (1, 1.0)
         """
-        filled = _asperity.fill(self._heights, self._size, method, self._is_periodic)
+        filled = _asperity.fill((self._heights, self._size), method, self._is_periodic)
         return self._changed(filled)
 
     def crop(self, origin: Sequence[Quantity], size: Size) -> "Topography":
@@ -376,7 +376,7 @@ class Topography:
         part, unit_of_size = sides_of(size, self.unit)
         if not unit_of_origin == unit_of_size == self.unit:
             raise ArgumentError("the map has no unit, so that `origin` and `size` must be numbers")
-        heights, sides = _asperity.crop(self._heights, self._size, start, part)
+        heights, sides = _asperity.crop((self._heights, self._size), start, part)
         cropped = Topography._of(heights, sides, self.unit, False)
         cropped._is_unchecked = self._is_unchecked
         return cropped
@@ -416,7 +416,7 @@ class Topography:
         >>> back.size, back.unit, back.missing
         ((0.0001, 0.0001), 'm', 1)
         """
-        _asperity.write_gwyddion(os.fspath(path), self._heights, self._size, self.unit)
+        _asperity.write_gwyddion(os.fspath(path), (self._heights, self._size), self.unit)
 
     def statistics(self) -> Dict[str, float]:
         """Computes statistics of the heights, named like table columns.
@@ -436,7 +436,7 @@ class Topography:
         SurfaceError
             If points are missing; call :meth:`fill` first.
         """
-        found = _asperity.statistics(self._heights, self._size, self._is_periodic)
+        found = _asperity.statistics((self._heights, self._size), self._is_periodic)
         return {name: np.nan if value is None else value for name, value in found}
 
     def areal_parameters(
@@ -486,7 +486,7 @@ class Topography:
         """
         ratios = (float(peak_ratio), float(dale_ratio))
         threshold, lowest = float(correlation_threshold), float(pruning)
-        found = _asperity.areal_parameters(self._heights, self._size, self._is_periodic, ratios, threshold, lowest)
+        found = _asperity.areal_parameters((self._heights, self._size), self._is_periodic, ratios, threshold, lowest)
         return {name: np.nan if value is None else value for name, value in found}
 
     def smr(self, height: ArrayLike) -> Any:
@@ -507,7 +507,7 @@ class Topography:
         >>> Topography([[0.0, 1.0], [2.0, 3.0]], size=1.0).smr([-0.5, 0.0, 2.0])
         array([0.75, 0.5 , 0.  ])
         """
-        return each(lambda values: _asperity.material_ratio(self._heights, self._size, "smr", values), height)
+        return each(lambda values: _asperity.material_ratio((self._heights, self._size), "smr", values), height)
 
     def smc(self, ratio: ArrayLike) -> Any:
         """Returns the inverse areal material ratio Smc(mr): the height above the mean that a fraction reaches.
@@ -527,7 +527,7 @@ class Topography:
         >>> Topography([[0.0, 1.0], [2.0, 3.0]], size=1.0).smc(0.5)
         0.0
         """
-        return each(lambda values: _asperity.material_ratio(self._heights, self._size, "smc", values), ratio)
+        return each(lambda values: _asperity.material_ratio((self._heights, self._size), "smc", values), ratio)
 
     def power_spectrum(self) -> PowerSpectrum:
         """Computes the power spectral density, averaged over rings of wavevectors.
@@ -548,7 +548,7 @@ class Topography:
         >>> bool(abs(square_height / rough.statistics()["rms_height"] ** 2 - 1) < 1e-12)
         True
         """
-        return PowerSpectrum(*_asperity.power_spectrum(self._heights, self._size, self._is_periodic))
+        return PowerSpectrum(*_asperity.power_spectrum((self._heights, self._size), self._is_periodic))
 
     def plot(self, axes: "Optional[Axes]" = None, **image: Any) -> "Axes":
         """Draws the heights; requires matplotlib.

@@ -61,47 +61,37 @@ fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     Err(PyTypeError::new_err(message))
 }
 
-/// Creates a grid from the numbers of nodes and the sides along x and y.
-pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid> {
-    let grid = Cell::new(size).and_then(|cell| Grid::new(nodes, cell));
-    grid.map_err(|error| surface_error(py, &error))
-}
+/// Array of heights, with the sides of the map.
+pub type HeightMap<'py> = (PyReadonlyArray2<'py, f64>, [f64; 2]);
 
-/// Returns the grid and the heights of an array, without a copy; missing heights are not finite.
+/// Returns the grid and the heights of a map, without a copy; missing heights are not finite.
 ///
 /// The heights may be read without the global lock, as NumPy's own functions do: no other thread
 /// may change the array meanwhile.
-pub fn heights<'a>(
-    py: Python<'_>,
-    heights: &'a PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
-) -> PyResult<(Grid, &'a [f64])> {
-    let shape = heights.shape();
-    Ok((grid(py, [shape[0], shape[1]], size)?, heights.as_slice()?))
+pub fn heights<'a>(py: Python<'_>, map: &'a HeightMap<'_>) -> PyResult<(Grid, &'a [f64])> {
+    let (array, size) = map;
+    let nodes = [array.shape()[0], array.shape()[1]];
+    let grid = Cell::new(*size).and_then(|cell| Grid::new(nodes, cell));
+    Ok((grid.map_err(|error| surface_error(py, &error))?, array.as_slice()?))
 }
 
-/// Copies an array of heights into a scan; missing heights are NaN.
-pub fn scan(py: Python<'_>, array: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
-    copied(py, array, size, Scan::new)
+/// Copies a map into a scan; missing heights are NaN.
+pub fn scan(py: Python<'_>, map: &HeightMap<'_>) -> PyResult<Scan> {
+    copied(py, map, Scan::new)
 }
 
-/// Copies an array of heights without missing points into a surface.
-pub fn surface(
-    py: Python<'_>,
-    array: &PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
-) -> PyResult<Surface> {
-    copied(py, array, size, Surface::new)
+/// Copies a map without missing points into a surface.
+pub fn surface(py: Python<'_>, map: &HeightMap<'_>) -> PyResult<Surface> {
+    copied(py, map, Surface::new)
 }
 
-/// Copies an array of heights while other Python threads run.
+/// Copies a map while other Python threads run.
 fn copied<T: Send>(
     py: Python<'_>,
-    array: &PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
+    map: &HeightMap<'_>,
     new: fn(Grid, Vec<f64>) -> Result<T, SurfaceError>,
 ) -> PyResult<T> {
-    let (grid, values) = heights(py, array, size)?;
+    let (grid, values) = heights(py, map)?;
     let made = py.detach(|| check_range(grid, values).and_then(|()| new(grid, values.to_vec())));
     made.map_err(|error| surface_error(py, &error))
 }
@@ -128,4 +118,17 @@ pub fn map<T: numpy::Element>(
     nodes: [usize; 2],
 ) -> PyResult<Bound<'_, PyArray2<T>>> {
     PyArray1::from_vec(py, values).reshape(nodes)
+}
+
+/// Returns the item of `all` whose name is `wanted`.
+pub fn named<T, const N: usize>(
+    py: Python<'_>,
+    what: &str,
+    all: [(&str, T); N],
+    wanted: &str,
+) -> PyResult<T> {
+    let names = all.each_ref().map(|(name, _)| format!("\"{name}\"")).join(", ");
+    let found = all.into_iter().find(|(name, _)| *name == wanted);
+    let message = || format!("unknown {what} \"{wanted}\"; use one of {names}");
+    found.map(|(_, item)| item).ok_or_else(|| value_error(py, message()))
 }

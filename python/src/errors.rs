@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use asperity::direct::DirectError;
-use asperity::internal::escaped;
+use asperity::internal::{chain, escaped};
 use asperity::session::SessionError;
 use asperity::study::ManifestErrors;
 use pyo3::exceptions::PyRuntimeError;
@@ -22,38 +22,25 @@ fn exception(
     }
 }
 
-/// Joins an error and its causes into one text and escapes control characters.
-pub fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let words = error.to_string();
-        if !text.ends_with(&words) {
-            text += &format!(": {words}");
-        }
-        cause = error.source();
-    }
-    escaped(&text).into_owned()
+/// Creates an exception with the text of an error and its causes.
+fn described(py: Python<'_>, name: &str, error: &(dyn Error + 'static)) -> PyErr {
+    exception(py, name, (escaped(&chain(error)),))
 }
 
 /// Creates a `SurfaceError` for unusable heights or files.
-pub fn surface_error(py: Python<'_>, error: &dyn Error) -> PyErr {
-    exception(py, "SurfaceError", (chain(error),))
+pub fn surface_error(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
+    described(py, "SurfaceError", error)
 }
 
 /// Converts an error of `asperity::direct`.
 pub fn direct_error(py: Python<'_>, error: &DirectError) -> PyErr {
-    match error {
-        DirectError::Keys(errors) => {
-            exception(py, "ArgumentError", (escaped(&errors.to_string()),))
-        }
-        other => surface_error(py, other),
-    }
+    let is_of_keys = matches!(error, DirectError::Keys(_));
+    described(py, if is_of_keys { "ArgumentError" } else { "SurfaceError" }, error)
 }
 
 /// Creates a `FitError` for a law that cannot be fitted.
-pub fn fit_error(py: Python<'_>, error: &dyn Error) -> PyErr {
-    exception(py, "FitError", (chain(error),))
+pub fn fit_error(py: Python<'_>, error: &(dyn Error + 'static)) -> PyErr {
+    described(py, "FitError", error)
 }
 
 /// Creates an `ArgumentError` for an invalid value.
@@ -89,7 +76,7 @@ pub fn session_error(py: Python<'_>, error: &SessionError) -> PyErr {
         SessionError::Refused(_) | SessionError::NoMap { .. } => "ArgumentError",
         _ => "Error",
     };
-    exception(py, name, (chain(error),))
+    described(py, name, error)
 }
 
 /// Creates the exception for a panic in a thread of the library.

@@ -3,13 +3,10 @@
 //! It only translates between Python and the library, which computes all numbers, tables and
 //! messages. The public interface is the package in `python/asperity`.
 
-mod claims;
 mod command;
 mod conversion;
 mod errors;
 mod interruption;
-mod manifest;
-mod maps;
 mod pressing;
 mod progress;
 mod session;
@@ -27,11 +24,9 @@ mod _asperity {
     #[pymodule_export]
     use super::command::main;
     #[pymodule_export]
-    use super::manifest::{study_name, toml};
-    #[pymodule_export]
     use super::pressing::{Pressing, placed};
     #[pymodule_export]
-    use super::session::Session;
+    use super::session::{Session, study_name, toml};
     #[pymodule_export]
     use super::statistics::{areal_parameters, material_ratio, power_spectrum, statistics};
     #[pymodule_export]

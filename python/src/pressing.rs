@@ -5,12 +5,12 @@ use std::sync::{Mutex, MutexGuard};
 use asperity::direct;
 use asperity::session::error::StageError;
 use asperity_mechanics::threads::available_cores;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::PyArray2;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::conversion;
+use crate::conversion::{self, HeightMap};
 use crate::errors::{direct_error, surface_error};
 use crate::interruption::Signals;
 use crate::table::Table;
@@ -44,8 +44,7 @@ impl Pressing {
     #[expect(clippy::too_many_arguments, reason = "the Python package passes all arguments")]
     fn new(
         py: Python<'_>,
-        heights: PyReadonlyArray2<'_, f64>,
-        size: [f64; 2],
+        heights: HeightMap<'_>,
         unit: Option<String>,
         rms_slope: Option<f64>,
         is_periodic: bool,
@@ -55,7 +54,7 @@ impl Pressing {
     ) -> PyResult<Pressing> {
         let keys = conversion::keys(keys)?;
         let map = direct::Map {
-            surface: conversion::surface(py, &heights, size)?,
+            surface: conversion::surface(py, &heights)?,
             unit: unit.unwrap_or_default(),
             rms_slope,
             is_periodic,
@@ -135,12 +134,11 @@ impl Pressing {
 #[pyfunction]
 pub fn placed<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     keys: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let keys = conversion::keys(keys)?;
-    let surface = conversion::surface(py, &heights, size)?;
+    let surface = conversion::surface(py, &heights)?;
     let nodes = surface.grid().nodes();
     let placed =
         py.detach(|| direct::placed(surface, &keys)).map_err(|error| direct_error(py, &error))?;

@@ -5,17 +5,19 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use asperity::internal::{comparison_text, escaped, user_settings};
-use asperity::session::{self, diff};
-use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Setting, Status};
+use asperity::session::{
+    self, ChosenLoad, Coordinate, Map, MapKind, ReportOptions, RunOptions, RunReport, SessionError,
+    Setting, Status, diff,
+};
+use asperity::study::Study;
 use bytesize::ByteSize;
+use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 
-use crate::claims;
 use crate::conversion;
-use crate::errors::{session_error, value_error};
+use crate::errors::{manifest_error, session_error, value_error};
 use crate::interruption::watched;
-use crate::maps::{self, Conditions, Heights, MapArguments};
 use crate::progress::{Listener, Notices};
 use crate::table::Table;
 
@@ -39,6 +41,12 @@ type Compared = (Table, String, String);
 
 /// Table with notices about it.
 type TableRead = (Table, Notices);
+
+/// Conditions on columns, as pairs of a name and a value.
+type Conditions = Vec<(String, String)>;
+
+/// Heights, sides, unit, whether the surface is periodic, and its rms slope.
+type Heights<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], Option<String>, bool, f64);
 
 impl Session {
     fn session(&self) -> session::Session<'static> {
@@ -159,10 +167,10 @@ impl Session {
         conditions: Conditions,
     ) -> PyResult<(Heights<'py>, Notices)> {
         let (surface, notices) =
-            self.call(py, move |session| session.surface(&stage, &maps::coordinates(conditions)))?;
+            self.call(py, move |session| session.surface(&stage, &coordinates(conditions)))?;
         let grid = surface.surface.grid();
         let heights = conversion::map(py, surface.surface.into_heights(), grid.nodes())?;
-        let size = grid.cell().size().into();
+        let size = grid.cell().size();
         Ok(((heights, size, surface.unit, surface.is_periodic, surface.rms_slope), notices))
     }
 
@@ -173,12 +181,18 @@ impl Session {
         stage: String,
         conditions: Conditions,
         quantity: &str,
-        load: Option<maps::Load>,
+        load: Option<&str>,
     ) -> PyResult<(MapArguments<'py>, Notices)> {
-        let kind = maps::kind(quantity);
+        let kind = match quantity {
+            "contact" => MapKind::Contact,
+            "pressure" => MapKind::Pressures,
+            "gap" => MapKind::Gap,
+            _ => MapKind::Displacement,
+        };
+        let chosen = load.map(ChosenLoad::prescribed).transpose();
+        let load = chosen.map_err(|error| value_error(py, error.to_string()))?;
         let (map, notices) = self.call_until(py, None, move |session, stop| {
-            let chosen = load.map(maps::Load::chosen).transpose()?;
-            session.map(&stage, &maps::coordinates(conditions), kind, chosen, stop)
+            session.map(&stage, &coordinates(conditions), kind, load, stop)
         })?;
         Ok((MapArguments::new(py, map)?, notices))
     }
@@ -224,9 +238,9 @@ impl Session {
         })
     }
 
-    fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let (found, _) = self.call(py, |session| session.claims())?;
-        claims::claims_list(py, &found)
+    /// Returns the JSON of the command `claims`.
+    fn claims(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(self.call(py, |session| Ok(session.claims()?.json()))?.0)
     }
 
     /// Writes the report and returns the paths of the page and of the folder of figures.
@@ -241,6 +255,25 @@ impl Session {
         let (report, _) = self.call(py, move |session| session.report(&options))?;
         Ok((report.page, report.figures))
     }
+}
+
+/// Converts tables to the text of a manifest.
+#[pyfunction]
+pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
+    let tables = conversion::keys(tables)?;
+    ::toml::to_string(&tables).map_err(|error| value_error(py, error.to_string()))
+}
+
+/// Validates the text of a manifest and returns the name of the study; `folder` is the base of
+/// relative paths of surface files.
+#[pyfunction]
+pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
+    let study = Study::parse(text, "manifest", &folder);
+    study.map(|study| study.name).map_err(|errors| manifest_error(py, &errors))
+}
+
+fn coordinates(conditions: Conditions) -> Vec<Coordinate> {
+    conditions.into_iter().map(|(column, value)| Coordinate::new(column, value)).collect()
 }
 
 /// Escapes control characters in a text.
@@ -340,5 +373,36 @@ impl Run {
             sampling: sampled.stages.iter().map(ToString::to_string).collect(),
             failures: report.failures.clone(),
         }
+    }
+}
+
+/// Arguments of the class `Map`, converted to a dictionary.
+#[derive(IntoPyObject)]
+struct MapArguments<'py> {
+    values: Bound<'py, PyAny>,
+    size: (f64, f64),
+    unit: Option<String>,
+    length_unit: Option<String>,
+    load: Option<f64>,
+    load_unit: Option<String>,
+}
+
+impl<'py> MapArguments<'py> {
+    fn new(py: Python<'py>, map: Map) -> PyResult<MapArguments<'py>> {
+        let nodes = map.grid.nodes();
+        let values = if map.kind.is_set() {
+            let belongs: Vec<bool> = map.values.iter().map(|value| *value > 0.0).collect();
+            conversion::map(py, belongs, nodes)?.into_any()
+        } else {
+            conversion::map(py, map.values, nodes)?.into_any()
+        };
+        Ok(MapArguments {
+            values,
+            size: map.grid.cell().size().into(),
+            unit: map.unit,
+            length_unit: map.length_unit,
+            load: map.load,
+            load_unit: map.load_unit,
+        })
     }
 }

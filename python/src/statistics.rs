@@ -1,17 +1,15 @@
 //! Statistics and power spectra of height maps.
 
+use asperity::internal::areal::{Areal, Settings};
 use asperity_mechanics::grid::Boundary;
-use asperity_mechanics::topography::areal::{developed_area_ratio, texture_direction};
-use asperity_mechanics::topography::autocorrelation::Autocorrelation;
 use asperity_mechanics::topography::descriptors::{Descriptors, Roughness};
 use asperity_mechanics::topography::differences;
 use asperity_mechanics::topography::material_ratio::MaterialRatioCurve;
-use asperity_mechanics::topography::peaks::Peaks;
 use asperity_mechanics::topography::power_spectrum::rings;
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::conversion;
+use crate::conversion::{self, HeightMap};
 use crate::errors::value_error;
 
 /// Names and values of statistics; undefined values are `None`.
@@ -21,11 +19,10 @@ type Statistics = Vec<(&'static str, Option<f64>)>;
 #[pyfunction]
 pub fn statistics(
     py: Python<'_>,
-    heights: PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'_>,
     is_periodic: bool,
 ) -> PyResult<Statistics> {
-    let surface = conversion::surface(py, &heights, size)?;
+    let surface = conversion::surface(py, &heights)?;
     let boundary = boundary(is_periodic);
     let (roughness, moments, descriptors) = py.detach(|| {
         let descriptors = is_periodic.then(|| Descriptors::from_surface(&surface));
@@ -54,8 +51,7 @@ pub fn statistics(
 #[pyfunction]
 pub fn areal_parameters(
     py: Python<'_>,
-    heights: PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'_>,
     is_periodic: bool,
     volume_ratios: [f64; 2],
     threshold: f64,
@@ -73,41 +69,19 @@ pub fn areal_parameters(
             return Err(value_error(py, format!("`{name}` is {value}, but must be {words}")));
         }
     }
-    let surface = conversion::surface(py, &heights, size)?;
-    let boundary = boundary(is_periodic);
-    Ok(py.detach(|| {
-        let of = Roughness::from_surface(&surface, boundary);
-        let lengths = Autocorrelation::from_surface(&surface, boundary).decay_lengths(threshold);
+    let surface = conversion::surface(py, &heights)?;
+    let settings = Settings {
+        peak_ratio: Some(peak_ratio),
+        dale_ratio: Some(dale_ratio),
+        correlation_threshold: Some(threshold),
+        pruning: Some(pruning),
+        ..Settings::default()
+    };
+    let values = py.detach(|| {
         let curve = MaterialRatioCurve::from_surface(&surface);
-        let stratified = curve.stratified();
-        let volumes = curve.volumes(volume_ratios);
-        let peaks = Peaks::from_surface(&surface, boundary, pruning);
-        vec![
-            ("Sq", Some(of.sq)),
-            ("Ssk", of.ssk),
-            ("Sku", of.sku),
-            ("Sp", Some(of.sp)),
-            ("Sv", Some(of.sv)),
-            ("Sz", Some(of.sz)),
-            ("Sa", Some(of.sa)),
-            ("Sdq", Some(of.sdq)),
-            ("Sdr", Some(developed_area_ratio(&surface, boundary))),
-            ("Sal", lengths.shortest),
-            ("Str", lengths.aspect_ratio()),
-            ("Std", texture_direction(&surface, boundary)),
-            ("Sk", Some(stratified.sk)),
-            ("Spk", Some(stratified.spk)),
-            ("Svk", Some(stratified.svk)),
-            ("Smr1", Some(stratified.smr1)),
-            ("Smr2", Some(stratified.smr2)),
-            ("Vmp", Some(volumes.vmp)),
-            ("Vmc", Some(volumes.vmc)),
-            ("Vvc", Some(volumes.vvc)),
-            ("Vvv", Some(volumes.vvv)),
-            ("Spd", Some(peaks.density)),
-            ("Spc", peaks.curvature),
-        ]
-    }))
+        Areal { settings, ..Areal::all() }.values(&surface, boundary(is_periodic), Some(&curve))
+    });
+    Ok(values.into_iter().map(|(column, value)| (column.name, value)).collect())
 }
 
 /// Evaluates the material ratio curve of a map: Smr(c) at heights c above the mean, or Smc(mr) at
@@ -115,12 +89,11 @@ pub fn areal_parameters(
 #[pyfunction]
 pub fn material_ratio<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     function: &str,
     values: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let surface = conversion::surface(py, &heights, size)?;
+    let surface = conversion::surface(py, &heights)?;
     let of = match function {
         "smr" => MaterialRatioCurve::ratio_at,
         "smc" => MaterialRatioCurve::height_at,
@@ -142,11 +115,10 @@ type Spectrum<'py> =
 #[pyfunction]
 pub fn power_spectrum<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     is_periodic: bool,
 ) -> PyResult<Spectrum<'py>> {
-    let surface = conversion::surface(py, &heights, size)?;
+    let surface = conversion::surface(py, &heights)?;
     let side = surface.grid().cell().longer_side();
     let all = py.detach(|| rings(&surface, boundary(is_periodic)));
     // The mean height is not part of the roughness.

@@ -1,5 +1,6 @@
 //! Functions that generate, read and prepare height maps.
 
+use std::error::Error;
 use std::path::PathBuf;
 
 use asperity::direct;
@@ -12,19 +13,21 @@ use asperity_mechanics::topography::fill::Fill;
 use asperity_mechanics::topography::level::{Level, ThreePoints};
 use asperity_mechanics::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity_mechanics::topography::preparation::Crop;
-use asperity_mechanics::topography::surface::{Axis, check_range};
-use numpy::{PyArray2, PyReadonlyArray2};
+use asperity_mechanics::topography::surface::{Axis, Scan, check_range};
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::conversion::{self, map, scan};
+use crate::conversion::{self, HeightMap, map, named, scan};
 use crate::errors::{direct_error, session_error, surface_error, value_error};
 use crate::interruption::interruptible;
 use crate::table::Table;
 
+/// Heights of a map; NaN if missing.
+type Heights<'py> = Bound<'py, PyArray2<f64>>;
+
 /// Heights, sides, unit, rms slope, periodicity, table row and warnings of a generated surface.
-type Drawn<'py> =
-    (Bound<'py, PyArray2<f64>>, [f64; 2], Option<String>, f64, bool, Table, Vec<String>);
+type Drawn<'py> = (Heights<'py>, [f64; 2], Option<String>, f64, bool, Table, Vec<String>);
 
 /// Generates the surface that the keys of a `generate` stage define.
 #[pyfunction]
@@ -54,12 +57,11 @@ pub fn length(py: Python<'_>, text: &str, unit: Option<&str>) -> PyResult<(f64, 
 #[pyfunction]
 pub fn implausible(
     py: Python<'_>,
-    heights: PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'_>,
     unit: Option<&str>,
     has_given_sides: bool,
 ) -> PyResult<Vec<String>> {
-    let (grid, values) = conversion::heights(py, &heights, size)?;
+    let (grid, values) = conversion::heights(py, &heights)?;
     let in_unit = unit.unwrap_or_default();
     let warnings = || direct::implausible(grid, values, in_unit, has_given_sides);
     let checked = py.detach(|| check_range(grid, values).map(|()| warnings()));
@@ -71,19 +73,18 @@ pub fn implausible(
 pub fn write_gwyddion(
     py: Python<'_>,
     path: PathBuf,
-    heights: PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'_>,
     unit: Option<&str>,
 ) -> PyResult<()> {
-    let scan = scan(py, &heights, size)?;
+    let scan = scan(py, &heights)?;
     let written = py.detach(|| write_map(&path, &scan, unit));
     written.map_err(|error| session_error(py, &error))
 }
 
-/// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of
-/// all channels, format of a file, and notes for warnings.
+/// Heights, sides in the unit of the heights, unit, name of the channel, names of all channels,
+/// format of a file, and notes for warnings.
 type Read<'py> = (
-    Bound<'py, PyArray2<f64>>,
+    Heights<'py>,
     Option<[f64; 2]>,
     Option<String>,
     String,
@@ -168,159 +169,115 @@ pub fn read<'py>(
 
 /// Subtracts a form, such as the mean plane.
 #[pyfunction]
-pub fn level<'py>(
-    py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
-    form: &str,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let form = named(
-        py,
-        "form",
-        [Level::None, Level::Mean, Level::Plane, Level::Quadric],
-        Level::name,
-        form,
-    )?;
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let levelled = py.detach(|| form.level(scan));
-    map(py, levelled.heights().to_vec(), nodes)
+pub fn level<'py>(py: Python<'py>, heights: HeightMap<'py>, form: &str) -> PyResult<Heights<'py>> {
+    let forms = [Level::None, Level::Mean, Level::Plane, Level::Quadric];
+    let form = named(py, "form", forms.map(|form| (form.name(), form)), form)?;
+    changed(py, &heights, |scan| Ok(form.level(scan)))
 }
 
 /// Subtracts the plane through the heights at three positions.
 #[pyfunction]
 pub fn level_through<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     points: [[f64; 2]; 3],
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<Heights<'py>> {
     let [a, b, c] = points;
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let outcome = py.detach(|| ThreePoints { a, b, c }.level(&scan, [0, 0]));
-    let levelled = outcome.map_err(|error| surface_error(py, &error))?;
-    map(py, levelled.heights().to_vec(), nodes)
+    changed(py, &heights, |scan| Ok(ThreePoints { a, b, c }.level(&scan, [0, 0])?))
 }
 
 /// Subtracts a function of each scan line from that line.
 #[pyfunction]
 pub fn align<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     by: &str,
     along: &str,
     degree: u32,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<Heights<'py>> {
     if degree > MAX_DEGREE {
         let message = format!("degree is {degree}, but must be from 0 to {MAX_DEGREE}");
         return Err(value_error(py, message));
     }
     let fits = [LineFit::Median, LineFit::Differences, LineFit::Polynomial { degree }];
-    let by = named(py, "by", fits, LineFit::name, by)?;
-    let along = named(py, "along", Axis::BOTH, Axis::name, along)?;
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let aligned = py.detach(|| Alignment { along, by }.align(&scan));
-    map(py, aligned.heights().to_vec(), nodes)
+    let by = named(py, "by", fits.map(|fit| (fit.name(), fit)), by)?;
+    let along = named(py, "along", Axis::BOTH.map(|axis| (axis.name(), axis)), along)?;
+    changed(py, &heights, |scan| Ok(Alignment { along, by }.align(&scan)))
 }
 
 /// Makes the spikes of a map missing.
 #[pyfunction]
 pub fn remove_spikes<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     threshold: f64,
     window: u32,
     is_periodic: bool,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    if threshold.is_nan()
-        || threshold <= 0.0
-        || !(3..=MAX_WINDOW).contains(&window)
-        || window.is_multiple_of(2)
-    {
+) -> PyResult<Heights<'py>> {
+    let is_odd = (3..=MAX_WINDOW).contains(&window) && !window.is_multiple_of(2);
+    if threshold.is_nan() || threshold <= 0.0 || !is_odd {
         let message = format!(
             "threshold is {threshold} and window is {window}, but the threshold must be positive, and the \
              window an odd number from 3 to {MAX_WINDOW}"
         );
         return Err(value_error(py, message));
     }
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let left = py.detach(|| {
+    changed(py, &heights, |scan| {
         let found = Spikes { threshold, window }.find(&scan, is_periodic);
-        scan.without(&found)
-    });
-    map(py, left.heights().to_vec(), nodes)
+        Ok(scan.without(&found))
+    })
 }
 
 /// Makes groups of at most `limit` points that missing points surround missing.
 #[pyfunction]
 pub fn remove_islands<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     limit: usize,
     is_periodic: bool,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let left = py.detach(|| {
+) -> PyResult<Heights<'py>> {
+    changed(py, &heights, |scan| {
         let found = islands(&scan, limit, is_periodic);
-        scan.without(&found)
-    });
-    map(py, left.heights().to_vec(), nodes)
+        Ok(scan.without(&found))
+    })
 }
 
 /// Fills missing points with heights.
 #[pyfunction]
 pub fn fill<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     method: &str,
     is_periodic: bool,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let method =
-        named(py, "method", [Fill::Harmonic, Fill::Nearest, Fill::Lowest], Fill::name, method)?;
-    let scan = scan(py, &heights, size)?;
-    let nodes = scan.grid().nodes();
-    let filled =
-        py.detach(|| method.fill(scan, is_periodic)).map_err(|error| surface_error(py, &error))?;
-    map(py, filled.into_heights(), nodes)
+) -> PyResult<Heights<'py>> {
+    let methods = [Fill::Harmonic, Fill::Nearest, Fill::Lowest];
+    let method = named(py, "method", methods.map(|method| (method.name(), method)), method)?;
+    changed(py, &heights, |scan| Ok(method.fill(scan, is_periodic)?.into()))
+}
+
+/// Returns the heights of a changed copy of a map; other Python threads run while `change` does.
+fn changed<'py>(
+    py: Python<'py>,
+    heights: &HeightMap<'py>,
+    change: impl FnOnce(Scan) -> Result<Scan, Box<dyn Error + Send + Sync>> + Send,
+) -> PyResult<Heights<'py>> {
+    let scan = scan(py, heights)?;
+    let changed = py.detach(|| change(scan)).map_err(|error| surface_error(py, &*error))?;
+    map(py, changed.heights().to_vec(), changed.grid().nodes())
 }
 
 /// Returns a part of a map and its sides.
 #[pyfunction]
 pub fn crop<'py>(
     py: Python<'py>,
-    heights: PyReadonlyArray2<'py, f64>,
-    size: [f64; 2],
+    heights: HeightMap<'py>,
     from: [f64; 2],
     part: [f64; 2],
-) -> PyResult<(Bound<'py, PyArray2<f64>>, [f64; 2])> {
-    let scan = scan(py, &heights, size)?;
+) -> PyResult<(Heights<'py>, [f64; 2])> {
+    let scan = scan(py, &heights)?;
     let window = Crop { from, size: part }.window(scan.grid());
     let part = scan.cropped(window.map_err(|error| surface_error(py, &error))?);
     let grid = part.grid();
     let heights = map(py, part.heights().to_vec(), grid.nodes())?;
     Ok((heights, grid.cell().size()))
-}
-
-/// Returns the item of `all` whose name in manifests is `wanted`.
-fn named<T: Copy, const N: usize>(
-    py: Python<'_>,
-    what: &str,
-    all: [T; N],
-    name: fn(T) -> &'static str,
-    wanted: &str,
-) -> PyResult<T> {
-    let mut known = all.into_iter();
-    let found = known.find(|one| name(*one) == wanted);
-    found.ok_or_else(|| {
-        let names = all.map(|one| format!("\"{}\"", name(one)));
-        value_error(py, format!("unknown {what} \"{wanted}\"; use one of {}", names.join(", ")))
-    })
 }

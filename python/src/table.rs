@@ -109,7 +109,7 @@ impl Table {
 }
 
 fn values<'py>(py: Python<'py>, array: &dyn Array) -> PyResult<Bound<'py, PyAny>> {
-    let list = |values: Vec<Bound<'py, PyAny>>| Ok(PyList::new(py, values)?.into_any());
+    let list = |values: Vec<Option<Bound<'py, PyAny>>>| Ok(PyList::new(py, values)?.into_any());
     match array.data_type() {
         DataType::Float64 => Ok(reals(py, array)),
         DataType::Int64 if array.null_count() == 0 => {
@@ -129,26 +129,14 @@ fn values<'py>(py: Python<'py>, array: &dyn Array) -> PyResult<Bound<'py, PyAny>
             let values: Vec<Option<bool>> = array.as_boolean().iter().collect();
             Ok(PyList::new(py, values)?.into_any())
         }
-        DataType::LargeBinary => list(
-            array
-                .as_binary::<i64>()
-                .iter()
-                .map(|value| match value {
-                    Some(bytes) => PyBytes::new(py, bytes).into_any(),
-                    None => py.None().into_bound(py),
-                })
-                .collect(),
-        ),
-        DataType::LargeList(_) => list(
-            array
-                .as_list::<i64>()
-                .iter()
-                .map(|value| match value {
-                    Some(values) => reals(py, values.as_ref()),
-                    None => py.None().into_bound(py),
-                })
-                .collect(),
-        ),
+        DataType::LargeBinary => {
+            let values = array.as_binary::<i64>().iter();
+            list(values.map(|bytes| Some(PyBytes::new(py, bytes?).into_any())).collect())
+        }
+        DataType::LargeList(_) => {
+            let values = array.as_list::<i64>().iter();
+            list(values.map(|values| Some(reals(py, values?.as_ref()))).collect())
+        }
         _ => {
             let values: Vec<Option<&str>> = array.as_string::<i32>().iter().collect();
             Ok(PyList::new(py, values)?.into_any())

@@ -11,6 +11,7 @@ use asperity_mechanics::theory::persson as theory;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
+use crate::conversion::named;
 use crate::errors::{fit_error, value_error};
 
 /// Evaluates a function of Persson's theory; NaN where it is not defined.
@@ -46,27 +47,25 @@ pub fn asperities<'py>(
     at: &str,
     values: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<[Bound<'py, PyArray1<f64>>; 5]> {
-    let model = match model {
-        "bush-gibson-thomas" => AsperityModel::BushGibsonThomas,
-        "simplified-elliptic" => AsperityModel::SimplifiedElliptic,
-        "mean-curvature" => AsperityModel::MeanCurvature,
-        "greenwood-williamson" => AsperityModel::GreenwoodWilliamson,
-        other => return Err(value_error(py, format!("unknown model `{other}`"))),
-    };
+    let models = [
+        ("bush-gibson-thomas", AsperityModel::BushGibsonThomas),
+        ("simplified-elliptic", AsperityModel::SimplifiedElliptic),
+        ("mean-curvature", AsperityModel::MeanCurvature),
+        ("greenwood-williamson", AsperityModel::GreenwoodWilliamson),
+    ];
+    let model = named(py, "model", models, model)?;
     let asperities =
         Asperities::new(model, nayak).map_err(|error| value_error(py, error.to_string()))?;
     let values = values.as_slice()?.to_vec();
     let at_separations = at == "separation";
-    let contacts: Vec<Option<Contact>> = py.detach(|| {
-        let contacts = values.iter().map(|&value| {
-            if at_separations {
-                Some(asperities.at_separation(value))
-            } else {
-                asperities.at_load(value)
-            }
-        });
-        contacts.collect()
-    });
+    let contact = |value| {
+        if at_separations {
+            Some(asperities.at_separation(value))
+        } else {
+            asperities.at_load(value)
+        }
+    };
+    let contacts: Vec<Option<Contact>> = py.detach(|| values.into_iter().map(contact).collect());
     let column = |of: fn(&Contact) -> f64| {
         let values = contacts.iter().map(|contact| contact.as_ref().map_or(f64::NAN, of));
         PyArray1::from_iter(py, values)
@@ -109,10 +108,7 @@ fn each<'py>(
     PyArray1::from_iter(py, values.iter().map(|value| of(*value)))
 }
 
-/// Parameters κ, β and μ, rms residual, R², number of data.
-type Fitted = ([f64; 3], f64, Option<f64>, usize);
-
-/// Fits a contact evolution law to areas of shape (surfaces, loads).
+/// Fits the parameters κ, β and μ of a contact evolution law to areas of shape (surfaces, loads).
 #[pyfunction]
 #[pyo3(signature = (loads, areas, window, quantity, kappa=None, least_convex=false))]
 pub fn fit_evolution(
@@ -123,17 +119,9 @@ pub fn fit_evolution(
     quantity: &str,
     kappa: Option<f64>,
     least_convex: bool,
-) -> PyResult<Fitted> {
-    let quantity = match quantity {
-        "area" => Quantity::Area,
-        "slope" => Quantity::Slope,
-        other => {
-            return Err(value_error(
-                py,
-                format!("unknown quantity `{other}`; use \"area\" or \"slope\""),
-            ));
-        }
-    };
+) -> PyResult<[f64; 3]> {
+    let quantities = [("area", Quantity::Area), ("slope", Quantity::Slope)];
+    let quantity = named(py, "quantity", quantities, quantity)?;
     let kappa = match (kappa, least_convex) {
         (Some(kappa), _) => Kappa::Given(kappa),
         (None, true) => Kappa::LeastConvex,
@@ -147,10 +135,8 @@ pub fn fit_evolution(
         let curves = Curves::new(loads, areas)?;
         EvolutionProblem::new(&curves, quantity, Window { from, to })?.fit(kappa)
     });
-    let fit = fitted.map_err(|error| fit_error(py, &error))?;
-    let law = fit.law;
-    let parameters = [law.kappa, law.beta, law.mu];
-    Ok((parameters, fit.rms_residual, fit.r_squared, fit.data))
+    let law = fitted.map_err(|error| fit_error(py, &error))?.law;
+    Ok([law.kappa, law.beta, law.mu])
 }
 
 /// Returns the counted and the corrected area fraction of a contact map, and the lower and upper
@@ -162,16 +148,8 @@ pub fn corrected_area(
     coefficient: &str,
     is_periodic: bool,
 ) -> PyResult<[f64; 4]> {
-    let coefficient = match coefficient {
-        "none" => 0.0,
-        "pi/8" => PI_OVER_EIGHT,
-        "2017" => YASTREBOV_2017,
-        other => {
-            let message =
-                format!("unknown coefficient \"{other}\"; use \"none\", \"pi/8\" or \"2017\"");
-            return Err(value_error(py, message));
-        }
-    };
+    let coefficients = [("none", 0.0), ("pi/8", PI_OVER_EIGHT), ("2017", YASTREBOV_2017)];
+    let coefficient = named(py, "coefficient", coefficients, coefficient)?;
     let shape = [contact.shape()[0], contact.shape()[1]];
     if shape.contains(&0) {
         return Err(value_error(py, "a contact map must have at least one node".to_owned()));

@@ -1,16 +1,17 @@
 //! `asperity claims`, which tests the claims of a study.
 
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
-use super::columns::in_columns;
 use super::plan::core_hours;
-use super::terminal::stdout;
+use super::terminal::{in_columns, stdout};
 use super::{Failure, SetArguments, print_answer};
 use crate::session::claims::{
-    Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
+    Bound, Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped,
+    verdict,
 };
 use crate::session::formatting::{counted, shell_word, significant, wrapped};
 use crate::session::{DataFolder, StudyClaims};
@@ -40,26 +41,19 @@ pub(crate) struct ClaimsArguments {
     json: bool,
 }
 
-/// Manifest and claims of a study, for printing.
-struct ClaimPrinter<'a> {
-    manifest: &'a Path,
-    study: &'a StudyClaims,
-}
-
 pub(crate) fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let Some(manifest) = &arguments.manifest else {
         write!(stdout(), "{}", list_without_study())?;
         return Ok(ExitCode::SUCCESS);
     };
     let study = super::session(manifest, &arguments.set, data).claims()?;
-    let printer = ClaimPrinter { manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
     };
     print_answer(arguments.json, &study.summary(claims), || match arguments.name {
-        Some(_) => claims.iter().map(|claim| claim_details(&printer, claim)).collect(),
-        None => list(&printer, claims),
+        Some(_) => claims.iter().map(|claim| claim_details(manifest, &study, claim)).collect(),
+        None => list(manifest, &study, claims),
     })
 }
 
@@ -78,18 +72,18 @@ fn short(value: f64) -> String {
 /// Indentation of the text about a claim, in characters.
 const INDENT: usize = 14;
 
-fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
+fn list(manifest: &Path, study: &StudyClaims, claims: &[Claim]) -> String {
     if claims.is_empty() {
         return "the manifest has no claims; add `[claim.NAME]`, or `claims = \"yastrebov-2015\"` \
                 to `[study]`\n"
             .to_owned();
     }
-    let missing = match printer.study.missing {
+    let missing = match study.missing {
         0 => String::new(),
         missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
     };
-    let claims_of_all = by_origin(claims, |claim| few_lines(printer, claim));
-    missing + &claims_of_all + &closing(claims, printer) + &left_out(printer.study.setting())
+    let claims_of_all = by_origin(claims, |claim| few_lines(study, claim));
+    missing + &claims_of_all + &closing(claims, manifest) + &left_out(study.setting())
 }
 
 /// Lists the claims of the program with their texts, without a study.
@@ -121,19 +115,17 @@ fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
         (Origin::Study, "Claims of the study"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
-    let mut files: Vec<Option<&str>> = Vec::new();
-    for claim in claims {
-        let file = claim.statement.file.as_deref();
-        if !files.contains(&file) {
-            files.push(file);
-        }
-    }
+    let mut files: Vec<Option<&str>> =
+        claims.iter().map(|claim| claim.statement.file.as_deref()).collect();
+    let mut known = HashSet::new();
+    files.retain(|file| known.insert(*file));
     let mut text = String::new();
     for file in files {
         for (origin, heading) in headings {
-            let own = claims.iter().filter(|claim| claim.statement.origin == origin);
-            let own = own.filter(|claim| claim.statement.file.as_deref() == file);
-            let listed: String = own.map(&lines).collect();
+            let is_own = |claim: &&Claim| {
+                claim.statement.origin == origin && claim.statement.file.as_deref() == file
+            };
+            let listed: String = claims.iter().filter(is_own).map(&lines).collect();
             let of_file = file.map_or_else(String::new, |file| format!(" · {file}"));
             if !listed.is_empty() {
                 text += &format!("{heading}{of_file}\n\n{listed}\n");
@@ -143,11 +135,11 @@ fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
     text
 }
 
-fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
+fn few_lines(study: &StudyClaims, claim: &Claim) -> String {
     let statement = &claim.statement;
     let said = said(statement);
     let found = match &claim.outcome {
-        ClaimOutcome::Judged(judgement) => finding(printer, claim, judgement),
+        ClaimOutcome::Judged(judgement) => finding(study, claim, judgement),
         ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
         ClaimOutcome::Noted => statement.reason.clone(),
     };
@@ -161,21 +153,17 @@ fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
     )
 }
 
-fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
+fn finding(study: &StudyClaims, claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
     let deciding = &judgement.bounds[judgement.deciding];
-    let interval = if deciding.is_exact() {
-        "exact".to_owned()
-    } else {
-        // This interval decides the verdict.
-        let [low, high] = match judgement.verdict {
-            Verdict::DoesNotHold => deciding.simultaneous(all),
-            Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
-        };
-        format!("{} … {}", short(low), short(high))
+    // This interval decides the verdict.
+    let ends = match judgement.verdict {
+        Verdict::DoesNotHold => deciding.simultaneous(all),
+        Verdict::Holds | Verdict::CannotSay => deciding.one_sided(),
     };
+    let interval = interval(deciding, ends);
     let others = others(all, judgement);
-    let more = what_would_decide(printer, claim, judgement);
+    let more = what_would_decide(study, claim, judgement);
     let without = match judgement.without_value.as_slice() {
         [] => String::new(),
         [one] => format!("; no value for {one}"),
@@ -188,6 +176,14 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         short(deciding.value),
         deciding.label
     )
+}
+
+/// Formats an interval of a quantity, which is a point if the quantity is exact.
+fn interval(bound: &Bound, [low, high]: [f64; 2]) -> String {
+    if bound.is_exact() {
+        return "exact".to_owned();
+    }
+    format!("{} … {}", short(low), short(high))
 }
 
 /// Returns the description of a quantity up to its first comma.
@@ -212,14 +208,12 @@ fn others(all: usize, judgement: &Judgement) -> String {
     }
 }
 
-fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
-    let verdicts = [Verdict::Holds, Verdict::DoesNotHold, Verdict::CannotSay].map(Verdict::name);
-    let [holds, does_not_hold, cannot_say] = verdicts;
+fn closing(claims: &[Claim], manifest: &Path) -> String {
     // The names of the verdicts, and their forms after other numbers than 1.
     let words = [
-        (holds, "hold"),
-        (does_not_hold, "do not hold"),
-        (cannot_say, cannot_say),
+        (Verdict::Holds.name(), "hold"),
+        (Verdict::DoesNotHold.name(), "do not hold"),
+        (Verdict::CannotSay.name(), Verdict::CannotSay.name()),
         ("not computed", "not computed"),
     ];
     let origins = [
@@ -241,8 +235,8 @@ fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
         });
         text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(", "));
     }
-    let manifest = shell_word(printer.manifest);
-    text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
+    let path = shell_word(manifest);
+    text + &format!("`asperity claims {path} NAME` explains one claim in detail\n")
 }
 
 /// Lists the rows that the claims omit, and the parameter values that they use instead.
@@ -255,7 +249,7 @@ fn left_out(setting: &Setting) -> String {
     lines.collect()
 }
 
-fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
+fn claim_details(manifest: &Path, study: &StudyClaims, claim: &Claim) -> String {
     let statement = &claim.statement;
     let whose = match statement.origin {
         Origin::Paper => "paper",
@@ -275,11 +269,11 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
         lines.retain(|(name, _)| [whose, "because"].contains(name));
     }
     let figure = statement.figure.as_deref();
-    lines.extend(figure.map(|figure| ("figure", figure_path(printer, figure))));
+    lines.extend(figure.map(|figure| ("figure", figure_path(manifest, study, figure))));
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
-            let decided_by = what_would_decide(printer, claim, judgement);
+            let decided_by = what_would_decide(study, claim, judgement);
             lines.push(("verdict", format!("{}{decided_by}", verdict(claim))));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
@@ -295,18 +289,18 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
 }
 
 /// Returns the path of the figure, and the command that draws it if it does not exist.
-fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
-    let path = printer.study.figures.join(format!("{figure}.svg"));
+fn figure_path(manifest: &Path, study: &StudyClaims, figure: &str) -> String {
+    let path = study.figures.join(format!("{figure}.svg"));
     if path.exists() {
         path.display().to_string()
     } else {
-        format!("{} (run `asperity report {}`)", path.display(), shell_word(printer.manifest))
+        format!("{} (run `asperity report {}`)", path.display(), shell_word(manifest))
     }
 }
 
 /// Returns the number of further surfaces that would decide an undecided claim.
-fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
-    match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
+fn what_would_decide(study: &StudyClaims, claim: &Claim, judgement: &Judgement) -> String {
+    match (judgement.verdict, study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present scatter, {} per spectrum would decide it, {}",
             counted(more, "more surface"),
@@ -322,29 +316,18 @@ fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgemen
 /// Returns the table of all quantities, with their individual and their simultaneous intervals.
 fn quantities(claim: &Claim, judgement: &Judgement) -> String {
     let all = judgement.bounds.len();
-    let rows: Vec<[String; 5]> = judgement
-        .bounds
-        .iter()
-        .map(|bound| {
-            let range = |[low, high]: [f64; 2]| {
-                if bound.is_exact() {
-                    "exact".to_owned()
-                } else {
-                    format!("{} … {}", short(low), short(high))
-                }
-            };
-            [
-                bound.label.clone(),
-                short(bound.value),
-                range(bound.one_sided()),
-                range(bound.simultaneous(all)),
-                claim.statement.expected.verdict(bound, all).name().to_owned(),
-            ]
-        })
-        .collect();
+    let rows = judgement.bounds.iter().map(|bound| {
+        [
+            bound.label.clone(),
+            short(bound.value),
+            interval(bound, bound.one_sided()),
+            interval(bound, bound.simultaneous(all)),
+            claim.statement.expected.verdict(bound, all).name().to_owned(),
+        ]
+    });
     let percent = 100.0 * LEVEL;
     let [alone, together] =
         [format!("alone, {percent} % per end"), format!("all together, {percent} %")];
     let header = ["quantity", "value", &alone, &together, "alone"];
-    format!("\n{}\n", in_columns(header, rows, 0..0))
+    format!("\n{}\n", in_columns(header, rows, |_| false))
 }

@@ -7,18 +7,15 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::columns::in_columns;
 use super::console::{Console, SCHEDULED, StopSignal};
 use super::plan::{core_hours, store_lines};
 use super::run::{ResourceArguments, exit_code, run_text};
-use super::terminal::stdout;
+use super::terminal::{in_columns, stdout};
 use super::{Failure, StudyArguments, print_json, warn};
 use crate::session::formatting::{counted, listed, shell_word};
 use crate::session::status::Queue;
-use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
-use crate::session::{
-    DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, SubmitOptions,
-};
+use crate::session::submission::{ScriptOptions, Settings, SettingsFile, Submission, ranges};
+use crate::session::{DataFolder, FinishOutcome, PlannedSubmission, Progress, SessionError};
 
 #[derive(clap::Args)]
 pub(crate) struct SubmitArguments {
@@ -57,14 +54,10 @@ pub(crate) fn submit(
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
     };
-    let (settings, files) = arguments.settings(session.data())?;
-    let origin = origin(&settings, &files);
-    let planned = session.plan_submission(&SubmitOptions {
-        settings,
-        program,
-        report: arguments.report,
-        replace: arguments.replace,
-    })?;
+    let (settings, origin) = arguments.settings(session.data())?;
+    let SubmitArguments { report, replace, .. } = *arguments;
+    let options = ScriptOptions { report, replace, settings: session.settings().to_vec() };
+    let planned = session.plan_submission(program, settings, options)?;
     let mut out = stdout();
     if planned.missing == 0 {
         writeln!(
@@ -74,51 +67,40 @@ pub(crate) fn submit(
         )?;
         return Ok(ExitCode::SUCCESS);
     }
+    let mut submission = String::new();
     if arguments.dry_run {
-        let scripts = &planned.scripts;
-        for (path, text) in [
-            (Submission::element_script(&planned.folder), &scripts.element),
-            (Submission::finish_script(&planned.folder), &scripts.finish),
-        ] {
+        for (path, text) in planned.scripts() {
             writeln!(out, "==> {} <==\n{text}", path.display())?;
         }
-        write!(out, "{}{origin}", expected(&planned))?;
-        return Ok(ExitCode::SUCCESS);
+    } else {
+        submission = submitted(&planned, &session.submit(&planned)?, &arguments.study.manifest);
     }
-    let submission = session.submit(&planned)?;
-    let submitted = submitted(&planned, &submission, &arguments.study.manifest);
-    write!(out, "{}{origin}{submitted}", expected(&planned))?;
+    write!(out, "{}{origin}{submission}", expected(&planned))?;
     Ok(ExitCode::SUCCESS)
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line, and the settings files of the data folder that
-    /// exist. Missing settings come from these files, the nearest first.
-    fn settings<'a>(&self, data: &'a DataFolder) -> Result<(Settings, Vec<&'a Path>), Failure> {
-        let mut settings = self.cluster.clone();
-        let mut files = Vec::new();
+    /// Returns the settings of the command line and, where it gives none, those of the settings
+    /// files of the data folder, the nearest first. Also returns lines that name these files and
+    /// the shell commands that each job will run.
+    fn settings(&self, data: &DataFolder) -> Result<(Settings, String), Failure> {
+        let (mut settings, mut files) = (self.cluster.clone(), Vec::new());
         for path in data.settings() {
-            let read = SettingsFile::read(path).map_err(crate::session::SessionError::from)?;
-            if let Some(read) = read {
+            if let Some(read) = SettingsFile::read(path).map_err(SessionError::from)? {
                 settings = settings.or(read.cluster);
-                files.push(path.as_path());
+                files.push(path.display().to_string());
             }
         }
-        Ok((settings, files))
+        let mut text = String::new();
+        if !files.is_empty() {
+            let files = listed(files.iter().map(String::as_str), "and");
+            text += &format!("settings from {files}\n");
+        }
+        for line in settings.before.iter().flatten() {
+            text += &format!("each job first runs: {line}\n");
+        }
+        Ok((settings, text))
     }
-}
-
-/// Names the settings files that were read, and the shell commands that each job will run.
-fn origin(settings: &Settings, files: &[&Path]) -> String {
-    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-    let mut text = match names.as_slice() {
-        [] => String::new(),
-        names => format!("settings from {}\n", listed(names.iter().map(String::as_str), "and")),
-    };
-    for line in settings.before.iter().flatten() {
-        text += &format!("each job first runs: {line}\n");
-    }
-    text
 }
 
 /// Describes the expected cost of a submission in a few lines.
@@ -234,7 +216,7 @@ fn progress_text(progress: &Progress) -> String {
         [stage.name.clone(), stage.kind.to_string(), done, running, waiting, failed]
     });
     let header = ["stage", "kind", "finished", "running", "waiting", "failed"];
-    let mut text = in_columns(header, rows, 2..6) + "\n";
+    let mut text = in_columns(header, rows, |index| (2..6).contains(&index)) + "\n";
     let stages = progress.stages.iter();
     text += &store_lines(stages.map(|stage| (stage.name.as_str(), stage.stores.as_slice())));
     let hours = |hours: f64| core_hours(3600.0 * hours);
@@ -274,22 +256,13 @@ fn queued(queue: &Queue) -> String {
     format!("queue: {} running, {waiting} waiting{why}{last}\n", counted(*running, "array element"))
 }
 
-#[derive(clap::Args)]
-pub(crate) struct CancelArguments {
-    #[command(flatten)]
-    study: StudyArguments,
-}
-
-pub(crate) fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = arguments.study.session(data);
-    let jobs = session.cancel()?;
-    let mut out = stdout();
-    match jobs.as_slice() {
-        [] => writeln!(out, "no jobs of this study are in the queue")?,
-        jobs => {
-            let jobs = listed(jobs.iter().map(String::as_str), "and");
-            writeln!(out, "cancelled: {jobs}; finished tasks are kept")?;
-        }
+pub(crate) fn cancel(arguments: &StudyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let jobs = arguments.session(data).cancel()?;
+    if jobs.is_empty() {
+        writeln!(stdout(), "no jobs of this study are in the queue")?;
+    } else {
+        let jobs = listed(jobs.iter().map(String::as_str), "and");
+        writeln!(stdout(), "cancelled: {jobs}; finished tasks are kept")?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -315,24 +288,20 @@ pub(crate) fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<E
     let console = Console::default();
     let session = arguments.study.session(data).observed_by(&console);
     let stop = StopSignal::on_signal(SCHEDULED)?;
-    let options = FinishOptions {
-        round: arguments.round,
-        run: arguments.resources.options(),
-        report: arguments.report,
-    };
-    let finished = session.finish(&options, stop.requested())?;
-    if !finished.silent.is_empty() {
+    let (options, report) = (arguments.resources.options(), arguments.report);
+    let (outcome, silent) = session.finish(arguments.round, &options, report, stop.requested())?;
+    if !silent.is_empty() {
         let study = session.study()?.name;
         warn(&format!(
             "warning: array elements {} left no receipt; see if their nodes have `{}`, and the \
              logs in `{}`",
-            ranges(finished.silent),
+            ranges(silent),
             data.path().display(),
             data.cluster_of(&study).join("logs").display(),
         ));
     }
     let mut out = stdout();
-    match finished.outcome {
+    match outcome {
         FinishOutcome::SubmittedAgain(round) => {
             let numbers = ranges(round.elements);
             let array = round.array.map_or_else(String::new, |job| format!(" as job {job}"));

@@ -8,9 +8,8 @@ use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
-use tempfile::TempDir;
 
 use super::{print_notice, warn};
 use crate::session::events::Batch;
@@ -36,13 +35,22 @@ impl Observer for Console {
         let mut progress = locked(&self.progress);
         match (event, progress.as_mut()) {
             (Event::Begun(batch), _) => *progress = Some(ProgressDisplay::new(batch)),
-            (Event::Started(task), Some(progress)) => progress.started(task),
-            (Event::Advanced(task, share), Some(progress)) => progress.advanced(task, share),
-            (Event::Finished(task), Some(progress)) => progress.finished(task),
-            (Event::Ended, Some(_)) => {
-                if let Some(progress) = progress.take() {
-                    progress.end();
+            (Event::Started(task), Some(ProgressDisplay { run, bar, .. })) => {
+                if let (Some(bar), Some(kind)) = (bar, run.kind(task)) {
+                    bar.set_prefix(kind.name());
                 }
+            }
+            (Event::Advanced(task, share), Some(progress)) => {
+                progress.run.advanced(task, share);
+                progress.update_display();
+            }
+            (Event::Finished(task), Some(progress)) => {
+                progress.run.finished(task);
+                progress.update_display();
+            }
+            (Event::Ended, Some(ended)) => {
+                ended.bar.iter().for_each(ProgressBar::finish_and_clear);
+                *progress = None;
             }
             (Event::Failed(failed), _) => {
                 let lines = failures::text_lines(failed, MAX_FAILURES)
@@ -64,34 +72,17 @@ struct ProgressDisplay {
 impl ProgressDisplay {
     /// Starts the display for a batch of tasks.
     fn new(batch: Batch) -> ProgressDisplay {
-        let total = batch.tasks.len();
-        let bar = stderr().is_terminal().then(|| bar(total));
+        let bar = stderr().is_terminal().then(|| {
+            let template = "{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}";
+            let style = ProgressStyle::with_template(template).expect("the template is valid");
+            let bar = ProgressBar::new(batch.tasks.len() as u64).with_style(style);
+            bar.enable_steady_tick(Duration::from_millis(250));
+            bar
+        });
         if bar.is_none() {
             warn(&batch.to_string());
         }
         ProgressDisplay { run: RunProgress::new(batch), bar, last_line: Instant::now() }
-    }
-
-    fn started(&self, task: usize) {
-        if let (Some(bar), Some(kind)) = (&self.bar, self.run.kind(task)) {
-            bar.set_prefix(kind.name());
-        }
-    }
-
-    fn advanced(&mut self, task: usize, share: f64) {
-        self.run.advanced(task, share);
-        self.update_display();
-    }
-
-    fn finished(&mut self, task: usize) {
-        self.run.finished(task);
-        self.update_display();
-    }
-
-    fn end(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
     }
 
     fn update_display(&mut self) {
@@ -105,29 +96,11 @@ impl ProgressDisplay {
     }
 }
 
-fn bar(total: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{prefix:9} {bar:40} {pos}/{len} {elapsed} {msg}")
-        .expect("the template is valid");
-    let bar = ProgressBar::new(total as u64).with_style(style);
-    // `enable_steady_tick` panics if it cannot start a thread.
-    if Builder::new().spawn(|| ()).is_ok() {
-        bar.enable_steady_tick(Duration::from_millis(250));
-    }
-    bar
-}
-
 /// Time that a stopped run may take to end if a user waits at the terminal.
 pub(crate) const INTERACTIVE: Duration = Duration::from_millis(1500);
 /// Time that a stopped run of a scheduler may take to end. Slurm allows 30 s after `scancel`, and
 /// our scripts request 60 s before the time limit.
 pub(crate) const SCHEDULED: Duration = Duration::from_secs(20);
-
-/// Turns a file that exceeds `ulimit -f` into a write error.
-///
-/// Otherwise the signal SIGXFSZ ends the process without a message.
-pub(crate) fn survive_large_files() -> io::Result<()> {
-    signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
-}
 
 /// Flag that a signal sets to stop a run, and the number of the signal.
 #[derive(Debug, Clone, Default)]
@@ -153,8 +126,7 @@ impl StopSignal {
                 handler.on_signal_received(signal, patience);
             }
         };
-        let started = Builder::new().spawn(wait).map(drop);
-        started.map_err(|error| {
+        Builder::new().spawn(wait).map_err(|error| {
             let message = "cannot wait for Ctrl-C; allow more processes (`ulimit -u`)";
             io::Error::new(error.kind(), format!("{message}: {error}"))
         })?;
@@ -189,22 +161,6 @@ impl StopSignal {
             end();
         }
     }
-}
-
-/// Creates a folder for temporary files, which is removed even if a signal ends the process.
-pub(crate) fn removed_on_signal() -> io::Result<TempDir> {
-    let folder = tempfile::tempdir()?;
-    let path = folder.path().to_owned();
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
-    let wait = move || {
-        if let Some(signal) = signals.forever().next() {
-            // The process ends in any case, and has nobody left to tell.
-            let _ = std::fs::remove_dir_all(path);
-            exit(128 + signal);
-        }
-    };
-    Builder::new().spawn(wait)?;
-    Ok(folder)
 }
 
 /// Returns whether the process ignores a signal, as `/proc/self/status` reports.

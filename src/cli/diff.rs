@@ -4,11 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use tempfile::TempDir;
-
-use super::columns::in_columns;
-use super::console::removed_on_signal;
-use super::terminal::stdout;
+use super::terminal::{in_columns, stdout};
 use super::{Failure, print_json, print_notice};
 use crate::session::diff::columns::ColumnComparison;
 use crate::session::diff::rows::{Lacking, UnmatchedRows};
@@ -82,11 +78,8 @@ pub(crate) struct DiffArguments {
 pub(crate) fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let DiffArguments { a, b, settings, settings_a, .. } = arguments;
     let b = b.as_ref().unwrap_or(a);
-    let scratch =
-        [a, b].iter().any(|path| diff::is_zip(path)).then(removed_on_signal).transpose()?;
-    let folder = scratch.as_ref().map(TempDir::path);
-    let a = Studies::open(a, settings_a, data, folder, &print_notice)?;
-    let b = Studies::open(b, settings, data, folder, &print_notice)?;
+    let a = Studies::open(a, settings_a, data, &print_notice)?;
+    let b = Studies::open(b, settings, data, &print_notice)?;
     let comparison = Comparison::new(&a, &b, arguments.study.as_deref())?;
     if let Some(path) = &arguments.output {
         diff::write(&comparison, path)?;
@@ -305,7 +298,10 @@ fn columns_text(tables: &TableComparison, all: bool) -> String {
             let means = if all { column.means.iter().collect() } else { vec![*largest] };
             rows.extend(means.into_iter().map(|mean| cells(column, mean, tables)));
         }
-        text += &format!("  {}\n", in_columns(HEADER, rows, 1..5).replace('\n', "\n  "));
+        text += &format!(
+            "  {}\n",
+            in_columns(HEADER, rows, |index| (1..5).contains(&index)).replace('\n', "\n  ")
+        );
     }
     if numbers.len() > shown {
         let names: Vec<String> =
@@ -313,9 +309,9 @@ fn columns_text(tables: &TableComparison, all: bool) -> String {
         text += &format!("  and {} (`--all` prints them)\n", shortened(&names));
     }
     let others = different().filter(|column| column.largest().is_none());
-    let texts =
-        others.map(|column| format!("{} in {}", column.column, counted(column.differing, "row")));
-    let named: Vec<String> = texts.collect();
+    let named: Vec<String> = others
+        .map(|column| format!("{} in {}", column.column, counted(column.differing, "row")))
+        .collect();
     if !named.is_empty() {
         text += &format!("  other values: {}\n", shortened(&named));
     }

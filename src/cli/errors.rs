@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use super::columns::in_columns;
 use super::plan::core_hours;
+use super::terminal::in_columns;
 use super::{Failure, StudyArguments, print_answer};
 use crate::session::DataFolder;
 use crate::session::advice::{AdvisedFit, AdvisedStep};
@@ -57,14 +57,11 @@ fn text(errors: &StudyErrors) -> String {
     let mut parts: Vec<String> = means.chain(additions).chain(limits).collect();
     if errors.limits_without_result > 0 {
         let many = counted(errors.limits_without_result, "fit");
-        parts.push(format!(
-            "{many} of limits without a result: run the study, or see `asperity status`\n"
-        ));
+        let advice = "run the study, or see `asperity status`";
+        parts.push(format!("{many} of limits without a result: {advice}\n"));
     }
     if parts.is_empty() {
-        parts.push(
-            "no means over surfaces under loads: run the study, or name a stage\n".to_owned(),
-        );
+        return "no means over surfaces under loads: run the study, or name a stage\n".to_owned();
     }
     parts.join("\n")
 }
@@ -79,7 +76,7 @@ fn mean_text(mean: &MeanErrors) -> String {
         [mean.load_column, "mean", "surfaces", "sampling", "mesh", "cell", "solver", "largest"];
     let shown = shown(loads.len());
     let rows = shown.iter().map(|&index| row(&loads[index]));
-    for line in in_columns(header, rows, 0..3).lines() {
+    for line in in_columns(header, rows, |index| (0..3).contains(&index)).lines() {
         text += &format!("  {line}\n");
     }
     if shown.len() < loads.len() {
@@ -141,11 +138,9 @@ fn signed(number: &str) -> String {
 fn bases(loads: &[LoadErrors]) -> BTreeMap<&'static str, String> {
     let mut bases: BTreeMap<&str, String> = BTreeMap::new();
     for (name, what) in [("mesh", "nodes per side"), ("cell", "k_lower"), ("solver", "tolerance")] {
-        let terms: Vec<&TermError> = loads
-            .iter()
-            .flat_map(|load| load.terms.iter().filter(|term| term.term == name))
-            .filter(|term| !term.sizes.is_empty())
-            .collect();
+        let all = loads.iter().flat_map(|load| &load.terms);
+        let terms: Vec<&TermError> =
+            all.filter(|term| term.term == name && !term.sizes.is_empty()).collect();
         let Some(first) = terms.first() else { continue };
         let sizes: Vec<String> = first.sizes.iter().map(|&size| significant(size, 6)).collect();
         let mut basis = format!("{what} {}", sizes.join(", "));
@@ -164,19 +159,13 @@ fn bases(loads: &[LoadErrors]) -> BTreeMap<&'static str, String> {
         let [least, most] = [f64::min, f64::max].map(|end| orders.iter().copied().reduce(end));
         if let (Some(least), Some(most)) = (least, most) {
             let [least, most] = [least, most].map(|order| format!("{order:.2}"));
-            basis += &if least == most {
-                format!(", order {least}")
-            } else {
-                format!(", order {least} … {most}")
-            };
+            let most = if least == most { String::new() } else { format!(" … {most}") };
+            basis += &format!(", order {least}{most}");
         }
-        if assumed > 0 {
-            let at = if orders.is_empty() {
-                String::new()
-            } else {
-                format!(" at {}", counted(assumed, "load"))
-            };
-            basis += &format!(", order 1 assumed{at}");
+        match assumed {
+            0 => {}
+            _ if orders.is_empty() => basis += ", order 1 assumed",
+            _ => basis += &format!(", order 1 assumed at {}", counted(assumed, "load")),
         }
         bases.insert(first.term, basis);
     }

@@ -63,25 +63,25 @@ fn verify_text(verification: &Verification) -> String {
 
 fn closing(verification: &Verification) -> String {
     let checked = counted(verification.checked, "table");
-    let count = |is_of_kind: fn(&StoreError) -> bool| {
-        verification.damaged.iter().filter(|finding| is_of_kind(&finding.cause)).count()
-    };
-    let edited = count(|cause| matches!(cause, StoreError::Changed { .. }));
-    let unread = count(|cause| !cause.is_recomputable()) - edited;
-    let mut text = match verification.damaged.len() - edited - unread {
+    let [mut damaged, mut edited, mut unread] = [0; 3];
+    for DamagedFile { cause, .. } in &verification.damaged {
+        *match cause {
+            StoreError::Changed { .. } => &mut edited,
+            cause if cause.is_recomputable() => &mut damaged,
+            _ => &mut unread,
+        } += 1;
+    }
+    let advice = "`asperity run` recomputes missing tables";
+    let mut text = match damaged {
         0 => format!("{checked} checked, none damaged"),
-        damaged => {
-            format!(
-                "{checked} checked, {damaged} damaged; `asperity run` recomputes missing tables"
-            )
-        }
+        _ => format!("{checked} checked, {damaged} damaged; {advice}"),
     };
-    for (count, line) in [
-        (unread, "files that cannot be read: {}; they were not checked"),
-        (edited, "edited pages and figures: {}; `asperity report` rewrites them"),
+    for (count, what, advice) in [
+        (unread, "files that cannot be read", "they were not checked"),
+        (edited, "edited pages and figures", "`asperity report` rewrites them"),
     ] {
         if count > 0 {
-            text += &format!("\n{}", line.replace("{}", &count.to_string()));
+            text += &format!("\n{what}: {count}; {advice}");
         }
     }
     text
@@ -96,15 +96,8 @@ pub(crate) struct PruneArguments {
     #[command(flatten)]
     set: SetArguments,
 
-    /// Delete the files instead of listing them.
-    #[arg(long)]
-    yes: bool,
-
-    /// Delete even if receipts report array elements running on other machines.
-    ///
-    /// Locks may not work across machines, so such an array element could still need the files.
-    #[arg(long, requires = "yes")]
-    force: bool,
+    #[command(flatten)]
+    options: PruneOptions,
 
     /// Print the result as JSON.
     ///
@@ -119,8 +112,7 @@ pub(crate) fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<Exi
         set.refuse()?;
     }
     let sessions = manifests.iter().map(|manifest| super::session(manifest, set, data));
-    let options = PruneOptions { delete: arguments.yes, force: arguments.force };
-    let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), options)?;
+    let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), arguments.options)?;
     print_answer(arguments.json, &pruned, || prune_text(&pruned, arguments.manifests.is_empty()))
 }
 

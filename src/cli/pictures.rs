@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
-
-use super::columns::in_columns;
+use super::terminal::in_columns;
 use super::{Failure, SetArguments, misused, print_answer};
 use crate::session::export::{Export, ExportFormat, Exported};
 use crate::session::formatting::{counted, listed, short, wrapped};
@@ -58,21 +56,8 @@ pub(crate) struct ViewArguments {
     #[command(flatten)]
     task: TaskArguments,
 
-    /// Map to draw (default: heights for surfaces, contact for loads).
-    #[arg(long, value_enum)]
-    map: Option<MapKind>,
-
-    /// Draw an animation with one picture for each load, or for each state along a path, all with
-    /// the same colours.
-    ///
-    /// Files that end in `.gif` or `.apng` are always animations.
-    #[arg(long, conflicts_with_all = ["load", "gap"])]
-    animate: bool,
-
-    /// Time for each picture of an animation, in seconds (default: 0.08 to 0.8, by the number of
-    /// pictures, and 1.5 for the last one).
-    #[arg(long, value_name = "SECONDS", value_parser = hundredths)]
-    frame_time: Option<u16>,
+    #[command(flatten)]
+    options: ViewOptions,
 
     /// Draw the map alone, one pixel for each node, without title and bars (PNG only).
     #[arg(long, conflicts_with = "animate")]
@@ -98,39 +83,26 @@ pub(crate) struct ViewArguments {
     json: bool,
 }
 
-/// Picture with the path of its file.
-#[derive(Serialize)]
-struct PictureFile<'a> {
-    file: &'a Path,
-    #[serde(flatten)]
-    picture: &'a Picture,
-}
-
 pub(crate) fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let picture = picture(arguments, data)?;
-    let file = arguments.output.clone().unwrap_or_else(|| picture.file_name().into());
-    if arguments.bare {
-        picture.write_bare(&file, arguments.replace)?;
-    } else {
-        picture.write(&file, arguments.replace)?;
-    }
-    print_answer(arguments.json, &PictureFile { file: &file, picture: &picture }, || {
-        format!("{}: {}\n", file.display(), picture.caption())
-    })
-}
-
-fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
-    let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
-    let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
-    let frame_time = arguments.frame_time;
-    if frame_time.is_some() && !animate {
+    let ViewArguments { task, output, replace, .. } = arguments;
+    let mut options = arguments.options;
+    let format = output.as_deref().map(PictureFormat::from_path).transpose()?;
+    options.animate |= format.is_some_and(PictureFormat::is_animation);
+    if options.frame_time.is_some() && !options.animate {
         return Err(misused("`--frame-time` is for animations; add `--animate`"));
     }
-    let options =
-        ViewOptions { map: arguments.map, load: arguments.task.load(), animate, frame_time };
-    let mut maps = arguments.task.maps(data)?;
+    let mut maps = task.maps(data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
-    Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
+    let mut picture = Picture::draw(&mut maps, options, task.load(), &AtomicBool::new(false))?;
+    picture.file = output.clone().unwrap_or_else(|| picture.file_name().into());
+    if arguments.bare {
+        picture.write_bare(*replace)?;
+    } else {
+        picture.write(options.frame_time, *replace)?;
+    }
+    print_answer(arguments.json, &picture, || {
+        format!("{}: {}\n", picture.file.display(), picture.caption())
+    })
 }
 
 #[derive(clap::Args)]
@@ -221,13 +193,6 @@ impl TaskArguments {
     }
 }
 
-/// Parses a time in seconds as hundredths of a second, the unit of GIF files.
-fn hundredths(word: &str) -> Result<u16, String> {
-    let in_range = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
-    let seconds: f64 = in_range.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
-    Ok((100.0 * seconds).round() as u16)
-}
-
 #[derive(clap::Args)]
 pub(crate) struct SurfaceArguments {
     /// Topography file of any supported format, which its content determines.
@@ -273,7 +238,7 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
         path.display(),
         file.format,
         file.title,
-        in_columns(HEADER, file.channels.iter().map(row), 4..9)
+        in_columns(HEADER, file.channels.iter().map(row), |index| (4..9).contains(&index))
     );
     for channel in file.channels.iter().filter(|channel| channel.missing > 0) {
         let DescribedChannel { number, nodes: [x, y], missing, .. } = channel;

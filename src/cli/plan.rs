@@ -1,21 +1,23 @@
 //! `asperity init`, `check`, `plan` and `explain`: write and validate manifests, and list tasks
 //! with their costs and reasons.
 
-use std::io::Write;
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::columns::in_columns;
 use super::tables::write_json;
-use super::terminal::stdout;
-use super::{Failure, StudyArguments, print_json};
+use super::terminal::{in_columns, stdout};
+use super::{Failure, StudyArguments, misused, print_json};
 use crate::session::formatting::{counted, duration, shell_word};
-use crate::session::status::{CoreDistribution, StageCount, StageStatus, TasksFromStore, growing};
-use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, new_manifest};
+use crate::session::status::{StageCount, StageStatus, TasksFromStore, growing};
+use crate::session::{DataFolder, Plan, SessionError, Status, StoreError, name_lookup};
+use asperity_manifest::names;
+use asperity_pipeline::manifest::{SCHEMA, schema, template};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
 const MAX_REASONS: usize = 20;
@@ -31,24 +33,40 @@ pub(crate) struct InitArguments {
 }
 
 pub(crate) fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
-    let new = new_manifest::write(&arguments.name)?;
+    let name = &arguments.name;
+    if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
+        return Err(misused(format!(
+            "`{name}` must be a letter or `_`, then letters, digits, `_` and `-`, at most {} in \
+             all",
+            names::MAX_LENGTH
+        )));
+    }
+    let manifest = PathBuf::from(format!("{name}.toml"));
+    if !write_new(&manifest, &template(name))? {
+        let path = manifest.display();
+        return Err(misused(format!("`{path}` already exists; give the study another name")));
+    }
+    let is_new = write_new(Path::new(SCHEMA), &format!("{:#}\n", schema()))?;
+    let unchanged = if is_new { "" } else { " (exists, unchanged)" };
     let mut out = stdout();
-    let manifest = new.path.display();
-    let unchanged = if new.schema_is_new { "" } else { " (exists, unchanged)" };
-    writeln!(out, "manifest  {manifest}")?;
-    writeln!(out, "schema    {}{unchanged}", new_manifest::SCHEMA)?;
-    writeln!(out, "next      asperity run {}", shell_word(&new.path))?;
+    writeln!(out, "manifest  {}", manifest.display())?;
+    writeln!(out, "schema    {SCHEMA}{unchanged}")?;
+    writeln!(out, "next      asperity run {}", shell_word(&manifest))?;
     Ok(ExitCode::SUCCESS)
 }
 
-#[derive(clap::Args)]
-pub(crate) struct CheckArguments {
-    #[command(flatten)]
-    study: StudyArguments,
+/// Writes a file and returns true, or returns false if the file exists already.
+fn write_new(path: &Path, text: &str) -> Result<bool, StoreError> {
+    let created = File::create_new(path);
+    match created.and_then(|mut file| file.write_all(text.as_bytes())) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
+        Err(source) => Err(StoreError::writing(path, source)),
+    }
 }
 
-pub(crate) fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = arguments.study.session(data).study()?;
+pub(crate) fn check(arguments: &StudyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+    let study = arguments.session(data).study()?;
     let plan = Plan::new(&study);
     let maps = study.measured_maps();
     super::print_warnings(&study.warnings());
@@ -58,7 +76,7 @@ pub(crate) fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<Exi
     writeln!(
         out,
         "`{}` is valid: study `{}`, {}, {at_least}{}",
-        arguments.study.manifest.display(),
+        arguments.manifest.display(),
         plan.study,
         counted(plan.stages.len(), "stage"),
         counted(plan.tasks.len(), "task"),
@@ -155,7 +173,9 @@ fn plan_table(stages: &[StageStatus]) -> String {
         };
         [name.to_owned(), kind.to_string(), cached.to_string(), to_run.to_string(), why]
     });
-    in_columns(["stage", "kind", "finished", "to run", "why"], rows, 2..4)
+    in_columns(["stage", "kind", "finished", "to run", "why"], rows, |index| {
+        (2..4).contains(&index)
+    })
 }
 
 /// Returns a line for each read-only store with the numbers of tasks that are read from it.
@@ -205,8 +225,7 @@ pub(crate) fn explain(
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();
-        let found = names.iter().position(|name| name == wanted);
-        let index = found.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
+        let index = name_lookup::stage(wanted, &names).map_err(SessionError::from)?;
         stages = vec![stages.swap_remove(index)];
     }
     let mut out = stdout();
@@ -252,17 +271,13 @@ fn explained(stage: &StageStatus) -> String {
 
 /// Returns a line for each adaptive stage and the expected time of the missing tasks.
 fn forecast(status: &Status) -> String {
-    let adaptive = status.adaptive.iter().map(|stage| format!("{stage}\n"));
-    adaptive.collect::<String>() + &cost(status)
-}
-
-fn cost(status: &Status) -> String {
+    let adaptive: String = status.adaptive.iter().map(|stage| format!("{stage}\n")).collect();
     if status.missing.is_empty() {
-        return "nothing to do".to_owned();
+        return adaptive + "nothing to do";
     }
     let seconds = status.total_seconds();
     let cores = available_parallelism().map_or(1, usize::from);
-    let CoreDistribution { at_once, each } = status.core_distribution(cores);
+    let (at_once, each) = status.core_distribution(cores);
     let used = cores.min(at_once * each);
     let wall = duration(Duration::from_secs_f64((seconds / used as f64).ceil()));
     let cost = core_hours(seconds);
@@ -271,7 +286,7 @@ fn cost(status: &Status) -> String {
         _ if at_once < cores => format!(", up to {} per surface", cores.div_ceil(at_once)),
         _ => ", one per surface, several for the last surfaces".to_owned(),
     };
-    format!("{cost} expected: {wall} on {}{shared}", counted(used, "core"))
+    format!("{adaptive}{cost} expected: {wall} on {}{shared}", counted(used, "core"))
 }
 
 /// Formats core-seconds as core-hours with two significant digits.

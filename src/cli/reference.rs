@@ -9,15 +9,11 @@ use clap_complete::Shell;
 
 use super::Failure;
 use super::terminal::stdout;
-use crate::session::new_manifest;
 use crate::session::{StoreError, make_folder};
+use asperity_pipeline::manifest;
 
-#[derive(clap::Args)]
-pub(crate) struct SchemaArguments {}
-
-pub(crate) fn schema(_: &SchemaArguments) -> Result<ExitCode, Failure> {
-    let schema = serde_json::to_string_pretty(&new_manifest::schema())?;
-    writeln!(stdout(), "{schema}")?;
+pub(crate) fn schema() -> Result<ExitCode, Failure> {
+    writeln!(stdout(), "{:#}", manifest::schema())?;
     Ok(ExitCode::SUCCESS)
 }
 

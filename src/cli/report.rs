@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::SystemTime;
 
 use super::{Failure, SetArguments, StudyArguments, print_answer};
 use crate::session::formatting::counted;
 use crate::session::results::{NotDrawn, Reason};
 use crate::session::{
-    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex, utc,
+    Bars, DataFolder, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
 };
 
 #[derive(clap::Args)]
@@ -129,34 +128,8 @@ pub(crate) struct ShareArguments {
     #[command(flatten)]
     study: StudyArguments,
 
-    /// Archive to write (default: `STUDY.zip` in the current folder).
-    #[arg(long, short, value_name = "FILE.zip")]
-    output: Option<PathBuf>,
-
-    /// Include the tables of the store, with all maps.
-    ///
-    /// With them, `run` in the unpacked archive has nothing to compute. Without them, it recomputes
-    /// everything; the tables of the stages can be read in both cases.
-    #[arg(long)]
-    store: bool,
-
-    /// Overwrite an existing archive (other files are never overwritten).
-    #[arg(long)]
-    replace: bool,
-
-    /// License of the archive, as an SPDX identifier, such as CC-BY-4.0, or a URL.
-    #[arg(long)]
-    license: Option<String>,
-
-    /// Author of the archive (can be repeated).
-    #[arg(long = "author", value_name = "NAME")]
-    authors: Vec<String>,
-
-    /// Date of the archive (default: today, UTC).
-    ///
-    /// The same study and date give the same bytes.
-    #[arg(long, value_name = "YYYY-MM-DD")]
-    date: Option<Day>,
+    #[command(flatten)]
+    options: ShareOptions,
 
     /// Print the result as JSON.
     ///
@@ -167,15 +140,7 @@ pub(crate) struct ShareArguments {
 }
 
 pub(crate) fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = arguments.study.session(data);
-    let shared = session.share(&ShareOptions {
-        output: arguments.output.clone(),
-        store: arguments.store,
-        replace: arguments.replace,
-        day: arguments.date.unwrap_or_else(|| utc(SystemTime::now()).date_naive()),
-        license: arguments.license.clone(),
-        authors: arguments.authors.clone(),
-    })?;
+    let shared = arguments.study.session(data).share(&arguments.options)?;
     print_answer(arguments.json, &shared, || share_text(&shared))
 }
 

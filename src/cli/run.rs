@@ -154,11 +154,8 @@ fn closing(missing: &[usize], outcome: &RunOutcome, nothing_to_do: &str) -> Stri
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
-        let cause = if outcome.halted {
-            "cannot store more tables; free disk space or allow writing, and "
-        } else {
-            ""
-        };
+        let halted = "cannot store more tables; free disk space or allow writing, and ";
+        let cause = if outcome.halted { halted } else { "" };
         return format!("stopped after {computed} of {all}; {cause}run again to continue");
     }
     match computed {
@@ -187,14 +184,9 @@ fn stage_lines(
     let SampledStudy { study, plan, .. } = sampled;
     let width = plan.stages.iter().map(|stage| stage.name.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
-    let left = match only {
-        Some(_) => "left for later",
-        None => "missing",
-    };
+    let left = if only.is_some() { "left for later" } else { "missing" };
     let is_requested = |stage: &PlannedStage| {
-        let is_wanted =
-            |only: &[usize]| stage.tasks.iter().any(|task| only.binary_search(task).is_ok());
-        only.is_none_or(is_wanted)
+        only.is_none_or(|only| stage.tasks.iter().any(|task| only.binary_search(task).is_ok()))
     };
     let stages = plan.stages.iter().zip(tables).enumerate();
     for (index, (stage, table)) in stages.filter(|(_, (stage, _))| is_requested(stage)) {
@@ -205,10 +197,9 @@ fn stage_lines(
                 summary(&table.open()?, &study.contact_loads(index))?.join(" · ")
             }
         };
-        let missing = stage.tasks.len() - table.finished;
-        let missing = match missing {
+        let missing = match stage.tasks.len() - table.finished {
             0 => String::new(),
-            _ => format!(" · {} {left}", counted(missing, "task")),
+            missing => format!(" · {} {left}", counted(missing, "task")),
         };
         text += &format!("{:width$}  {line}{missing}\n", stage.name);
     }

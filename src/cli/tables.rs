@@ -17,15 +17,16 @@ use arrow::error::ArrowError;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
 use arrow::util::display::array_value_to_string;
-use comfy_table::{CellAlignment, ContentArrangement, Table as Grid, presets};
+use comfy_table::{ContentArrangement, Table as Grid, presets};
 use serde_json::Value;
 
-use super::terminal::{Output, stdout};
+use super::terminal::{GAP, Output, in_columns, stdout};
 use super::{Failure, SetArguments, StudyArguments, misused, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::formatting::{cells, counted, listed, short, whole_cells, wrapped};
-use crate::session::results::{Description, Table, TableFile, TableSource};
+use crate::session::results::{Description, Table, TableSource, read_file};
 use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
+use asperity_tables::parquet::Metadata;
 
 /// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
@@ -216,22 +217,23 @@ pub(crate) struct ShowArguments {
 }
 
 pub(crate) fn show(arguments: &ShowArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let file = TableFile::read(&arguments.what, data, &super::print_notice)?;
+    let (path, table, metadata) = read_file(&arguments.what, data, &super::print_notice)?;
     let mut out = stdout();
-    write_metadata(&mut out, &file)?;
-    write_head(&mut out, &file.table, arguments.rows)?;
+    writeln!(out, "{:15}{}", "file", path.display())?;
+    write_metadata(&mut out, &metadata)?;
+    write_head(&mut out, &table, arguments.rows)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn write_metadata(out: &mut impl Write, file: &TableFile) -> Result<(), Failure> {
-    let metadata = &file.metadata;
-    writeln!(out, "{:15}{}", "file", file.path.display())?;
+fn write_metadata(out: &mut impl Write, metadata: &Metadata) -> Result<(), Failure> {
     if let Some(key) = metadata.key {
         writeln!(out, "{:15}{key}", "key")?;
     }
     for (name, value) in &metadata.entries {
         let (name, pretty) = match name.as_str() {
-            "recipe" => ("recipe", serde_json::from_str(value).and_then(pretty)),
+            "recipe" => {
+                ("recipe", serde_json::from_str(value).map(|recipe: Value| format!("{recipe:#}")))
+            }
             "columns" => ("columns", serde_json::from_str(value).map(column_lines)),
             "lacking" if value == "[]" => continue,
             "lacking" => ("absent columns", Ok(value.clone())),
@@ -242,10 +244,6 @@ fn write_metadata(out: &mut impl Write, file: &TableFile) -> Result<(), Failure>
         writeln!(out, "{:15}{indented}", name.replace('_', " "))?;
     }
     Ok(())
-}
-
-fn pretty(json: Value) -> Result<String, serde_json::Error> {
-    serde_json::to_string_pretty(&json)
 }
 
 /// Returns one line for each of the described columns: name, unit and meaning.
@@ -270,14 +268,20 @@ fn write_head(out: &mut impl Write, table: &Table, rows: usize) -> Result<(), Fa
         counted(table.names().len(), "column"),
     )?;
     // One line per column, because 40 columns do not fit into a terminal.
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    let mut grid = dynamic_grid();
     for (name, array) in table.names().iter().zip(batch.columns()) {
         let values = (0..shown).map(|row| value(array.as_ref(), row));
         grid.add_row(std::iter::once((*name).to_owned()).chain(values));
     }
     writeln!(out, "{grid}")?;
     Ok(())
+}
+
+/// Returns an empty grid that breaks long cells into lines.
+fn dynamic_grid() -> Grid {
+    let mut grid = Grid::new();
+    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    grid
 }
 
 fn value(array: &dyn Array, row: usize) -> String {
@@ -289,10 +293,7 @@ fn value(array: &dyn Array, row: usize) -> String {
             counted(array.as_binary::<i64>().value_length(row).try_into().unwrap_or(0), "byte")
         }
         DataType::LargeList(_) => counted(array.as_list::<i64>().value(row).len(), "value"),
-        DataType::Float64 => {
-            let number = array.as_primitive::<Float64Type>().value(row);
-            short(number)
-        }
+        DataType::Float64 => short(array.as_primitive::<Float64Type>().value(row)),
         _ => array_value_to_string(array, row).unwrap_or_default(),
     }
 }
@@ -355,8 +356,7 @@ fn columns_text(described: &[DescribedColumns]) -> String {
 }
 
 fn descriptions(columns: &[&Description]) -> String {
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+    let mut grid = dynamic_grid();
     if grid.width().is_none() {
         grid.set_width(WIDTH as u16);
     }
@@ -368,8 +368,6 @@ fn descriptions(columns: &[&Description]) -> String {
 
 /// Width of the output in characters if stdout is not a terminal.
 const WIDTH: usize = 120;
-/// Number of spaces between two columns.
-const GAP: usize = 2;
 
 /// Selection of the columns of a printed table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -416,7 +414,9 @@ fn write_grid(
         writeln!(out, "{}", wrapped(&text))?;
     }
     if !printed.is_empty() {
-        writeln!(out, "{}", grid(printed, shown))?;
+        let header = printed.iter().map(|column| &column.name);
+        let rows = (0..shown).map(|row| printed.iter().map(move |column| &column.cells[row]));
+        writeln!(out, "{}", in_columns(header, rows, |index| printed[index].is_right))?;
     }
     if table.rows() > shown {
         let more = counted(table.rows() - shown, "more row");
@@ -435,7 +435,7 @@ fn write_grid(
 struct Printed {
     name: String,
     cells: Vec<String>,
-    alignment: CellAlignment,
+    is_right: bool,
 }
 
 impl Printed {
@@ -477,10 +477,7 @@ fn printed(
             } else {
                 cells(array.as_ref(), shown)
             },
-            alignment: match array.data_type() {
-                DataType::Utf8 => CellAlignment::Left,
-                _ => CellAlignment::Right,
-            },
+            is_right: *array.data_type() != DataType::Utf8,
         });
     }
     Ok((printed, constant))
@@ -512,20 +509,6 @@ fn fitting(columns: &[Printed], width: usize) -> usize {
     });
     let fitting = ends.take_while(|end| end - GAP <= width).count();
     fitting.clamp(1.min(columns.len()), columns.len())
-}
-
-fn grid(columns: &[Printed], rows: usize) -> String {
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING);
-    grid.set_header(columns.iter().map(|column| &column.name));
-    for row in 0..rows {
-        grid.add_row(columns.iter().map(|column| &column.cells[row]));
-    }
-    for (column, printed) in grid.column_iter_mut().zip(columns) {
-        column.set_cell_alignment(printed.alignment);
-        column.set_padding((0, GAP as u16));
-    }
-    grid.trim_fmt()
 }
 
 #[cfg(test)]
@@ -576,11 +559,7 @@ mod tests {
     #[test]
     fn columns_that_do_not_fit_are_omitted() {
         let columns: Vec<Printed> = (0..3)
-            .map(|_| Printed {
-                name: "x".repeat(10),
-                cells: vec![],
-                alignment: CellAlignment::Left,
-            })
+            .map(|_| Printed { name: "x".repeat(10), cells: vec![], is_right: false })
             .collect();
         assert_eq!(fitting(&columns, 22), 2);
         assert_eq!(fitting(&columns, 21), 1);

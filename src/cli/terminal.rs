@@ -1,4 +1,4 @@
-//! Output of commands, with control characters escaped.
+//! Output of commands: text in columns, with control characters escaped.
 //!
 //! Names, units and titles come from manifests and files of instruments. A control character in
 //! them could clear the screen, change the title of the window or hide the text after it, and a
@@ -8,6 +8,8 @@
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 use std::ops::RangeInclusive;
+
+use comfy_table::{CellAlignment, Row, Table, presets};
 
 /// Separators of lines and paragraphs, and marks of the direction of writing.
 const FORMATS: [RangeInclusive<char>; 4] = [
@@ -36,6 +38,27 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
         }
     }
     Cow::Owned(plain)
+}
+
+/// Number of spaces between two columns.
+pub(crate) const GAP: usize = 2;
+
+/// Formats rows below a header. Columns with the indices for which `is_right` is true are aligned
+/// right.
+pub(crate) fn in_columns(
+    header: impl Into<Row>,
+    rows: impl IntoIterator<Item = impl Into<Row>>,
+    is_right: impl Fn(usize) -> bool,
+) -> String {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING).set_header(header).add_rows(rows);
+    for (index, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, GAP as u16));
+        if is_right(index) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table.trim_fmt()
 }
 
 /// Standard output, with control characters escaped.

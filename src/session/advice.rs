@@ -106,27 +106,19 @@ fn add_stage(
     advice: &mut StudyAdvice,
 ) -> Result<(), SessionError> {
     let plan = &reading.plan;
-    let limits = stage.tasks.iter().filter_map(|&task| match &plan.tasks[task].recipe {
-        Recipe::Fit(params) => match &params.law {
-            Law::Limits(choices) => Some((task, params.as_ref(), choices.as_ref())),
-            _ => None,
-        },
-        _ => None,
+    let limits = stage.tasks.iter().filter_map(|&task| {
+        let Recipe::Fit(params) = &plan.tasks[task].recipe else { return None };
+        let Law::Limits(choices) = &params.law else { return None };
+        Some((task, params.as_ref(), choices.as_ref()))
     });
     let recipes: Vec<(usize, &fit::Params, &LimitChoices)> = limits.collect();
     if recipes.is_empty() {
         return Ok(());
     }
-    let inputs = &reading.study.stages[index].inputs;
-    let mut tables = Vec::new();
-    for &input in inputs {
-        tables.extend(reading.rows(&plan.stages[input])?.table);
-    }
-    if tables.is_empty() {
+    let Some(table) = stacked(reading, &reading.study.stages[index].inputs)? else {
         advice.without += recipes.len();
         return Ok(());
-    }
-    let table = Table::stack(&tables)?;
+    };
     let units = reading.study.units_of(&stage.name);
     for (task, params, choices) in recipes {
         let costs = Costs::new(plan, task, choices);
@@ -156,6 +148,18 @@ fn add_stage(
         }
     }
     Ok(())
+}
+
+/// Reads the rows of several stages as one table; `None` if no stage has rows.
+pub(super) fn stacked(
+    reading: &StudyResults,
+    stages: &[usize],
+) -> Result<Option<Table>, SessionError> {
+    let mut tables = Vec::new();
+    for &stage in stages {
+        tables.extend(reading.rows(&reading.plan.stages[stage])?.table);
+    }
+    Ok(if tables.is_empty() { None } else { Some(Table::stack(&tables)?) })
 }
 
 /// Returns the description of a fit: its quantity, its load if it has one, and the parameters that

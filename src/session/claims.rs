@@ -94,6 +94,12 @@ impl StudyClaims {
         })
     }
 
+    /// Returns the JSON output of `asperity claims` for all claims, for the Python module.
+    #[doc(hidden)]
+    pub fn json(&self) -> String {
+        self.summary(&self.claims).to_string()
+    }
+
     /// Returns the JSON output for one claim. Values that do not exist for its outcome are null or
     /// empty lists.
     fn summary_of(&self, claim: &Claim) -> Value {

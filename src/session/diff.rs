@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Session, SessionError, Setting, UnknownName};
+use super::{Session, SessionError, UnknownName};
 use asperity_pipeline::plan::reasons::differences::{differences, stage_pairs};
 use asperity_stages::columns::PRESSURE;
 use asperity_stages::output_units::Conversion;
@@ -22,7 +22,6 @@ use asperity_statistics::differences::holm;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::table::Table;
 use rows::MatchedRows;
-use studies::StageTable;
 
 pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
 pub use columns::{ColumnComparison, MeanComparison, Test};
@@ -30,7 +29,7 @@ pub use output::table;
 pub use rows::{Lacking, RowMatches, UnmatchedRows};
 
 pub(crate) use output::write;
-pub(crate) use studies::{ComparedStudy, Studies, is_zip};
+pub(crate) use studies::{ComparedStudy, Studies};
 
 /// Comparison of the studies of two folders, or of single studies.
 #[derive(Debug, Serialize)]
@@ -151,29 +150,27 @@ impl Comparison {
         name: Option<&str>,
     ) -> Result<Comparison, SessionError> {
         let single = |side: &Studies| match &side.studies[..] {
-            [one] => Some(one.name.clone()),
+            [one] => Some(one.origin.study.clone()),
             _ => None,
         };
         let wanted = name.map(str::to_owned).or(single(a)).or(single(b));
         let chosen = |side| Studies::chosen(side, wanted.as_deref());
         let (from_a, from_b) = (chosen(a)?, chosen(b)?);
-        let (mut pairs, mut only_in_a) = (Vec::new(), Vec::new());
-        if let ([one], [other]) = (&from_a[..], &from_b[..]) {
-            pairs.push((*one, *other));
-        } else {
-            for one in &from_a {
-                match from_b.iter().find(|other| other.name == one.name) {
-                    Some(other) => pairs.push((one, other)),
-                    None => only_in_a.push(one.name.clone()),
-                }
+        let are_single = from_a.len() == 1 && from_b.len() == 1;
+        let is_pair = |one: &ComparedStudy, other: &ComparedStudy| {
+            are_single || one.origin.study == other.origin.study
+        };
+        let lacking = |of: &[&ComparedStudy], others: &[&ComparedStudy]| -> Vec<String> {
+            let alone = |one: &&&ComparedStudy| !others.iter().any(|other| is_pair(one, other));
+            of.iter().filter(alone).map(|study| study.origin.study.clone()).collect()
+        };
+        let mut studies = Vec::new();
+        for one in &from_a {
+            for other in from_b.iter().filter(|other| is_pair(one, other)) {
+                studies.push(StudyComparison::new(one, other)?);
             }
         }
-        let is_paired =
-            |study: &&&ComparedStudy| pairs.iter().any(|(_, other)| other.name == study.name);
-        let others = from_b.iter().filter(|study| !is_paired(study));
-        let only_in_b: Vec<String> = others.map(|study| study.name.clone()).collect();
-        let compared = pairs.iter().map(|(one, other)| StudyComparison::new(one, other));
-        let studies = compared.collect::<Result<Vec<_>, _>>()?;
+        let [only_in_a, only_in_b] = [lacking(&from_a, &from_b), lacking(&from_b, &from_a)];
         let equal =
             only_in_a.is_empty() && only_in_b.is_empty() && studies.iter().all(|study| study.equal);
         Ok(Comparison { equal, studies, only_in_a, only_in_b })
@@ -190,13 +187,12 @@ impl Studies {
     fn chosen(&self, name: Option<&str>) -> Result<Vec<&ComparedStudy>, SessionError> {
         let all: Vec<&ComparedStudy> = self.studies.iter().collect();
         let Some(name) = name.filter(|_| all.len() > 1) else { return Ok(all) };
-        let known: Vec<&str> = all.iter().map(|study| study.name.as_str()).collect();
-        let found = all.iter().find(|study| study.name == name);
-        let study = found.ok_or_else(|| {
+        let known: Vec<&str> = all.iter().map(|study| study.origin.study.as_str()).collect();
+        let found = known.iter().position(|known| *known == name).ok_or_else(|| {
             let message = format!("`{}` has no study `{name}`", self.path.display());
             UnknownName::new(message, name, &known)
         })?;
-        Ok(vec![*study])
+        Ok(vec![all[found]])
     }
 }
 
@@ -215,7 +211,16 @@ impl StudyComparison {
         };
         let compared = pairs.into_iter().map(|(in_a, in_b)| {
             let (table_a, table_b) = (a.table(in_a)?, b.table(in_b)?);
-            StageComparison::new(in_a, in_b, table_a.as_ref(), table_b.as_ref())
+            let [rows_a, rows_b] =
+                [&table_a, &table_b].map(|side| side.as_ref().map(|(_, size)| *size));
+            let tables = table_a.zip(table_b).map(|((a, _), (b, _))| TableComparison::new(&a, &b));
+            Ok(StageComparison {
+                stage: in_a.to_owned(),
+                stage_in_b: (in_a != in_b).then(|| in_b.to_owned()),
+                rows_a,
+                rows_b,
+                tables: tables.transpose()?,
+            })
         });
         let mut stages = compared.collect::<Result<Vec<_>, SessionError>>()?;
         let noise = Noise::judge(&mut stages);
@@ -227,46 +232,11 @@ impl StudyComparison {
         Ok(StudyComparison {
             equal: parameters.as_ref().is_none_or(Vec::is_empty)
                 && stages.iter().all(is_equal_stage),
-            a: a.into(),
-            b: b.into(),
+            a: a.origin.clone(),
+            b: b.origin.clone(),
             parameters,
             stages,
             noise,
-        })
-    }
-}
-
-impl From<&ComparedStudy> for StudyName {
-    fn from(study: &ComparedStudy) -> StudyName {
-        StudyName {
-            path: study.path.clone(),
-            settings: study.settings.iter().map(Setting::option).collect(),
-            study: study.name.clone(),
-            is_manifest: study.is_of_manifest(),
-            programs: study.programs.clone(),
-        }
-    }
-}
-
-impl StageComparison {
-    fn new(
-        in_a: &str,
-        in_b: &str,
-        a: Option<&StageTable>,
-        b: Option<&StageTable>,
-    ) -> Result<StageComparison, SessionError> {
-        let size = |stage: &StageTable| StageSize {
-            rows: stage.table.rows(),
-            finished: stage.finished,
-            tasks: stage.tasks,
-        };
-        let tables = a.zip(b).map(|(a, b)| TableComparison::new(&a.table, &b.table));
-        Ok(StageComparison {
-            stage: in_a.to_owned(),
-            stage_in_b: (in_a != in_b).then(|| in_b.to_owned()),
-            rows_a: a.map(size),
-            rows_b: b.map(size),
-            tables: tables.transpose()?,
         })
     }
 }

@@ -1,30 +1,31 @@
 //! Errors of the means of a study, with the costs of halving them, and missing surfaces.
 
 mod additions;
-mod costs;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use serde::Serialize;
 
-use self::costs::{Costs, Surfaces};
-use super::advice::StudyAdvice;
+use super::advice::{StudyAdvice, stacked};
 use super::status::in_hours;
-use super::{Session, SessionError, UnknownName};
-use asperity_pipeline::results::StudyResults;
+use super::{Session, SessionError, UnknownName, name_lookup};
+use asperity_pipeline::forecast::CostModel;
+use asperity_pipeline::plan::Plan;
+use asperity_pipeline::results::{StudyResults, TASK};
 use asperity_pipeline::study::MeansOfStage;
+use asperity_stages::Kind;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, K_UPPER, NODES,
     TOLERANCE,
 };
-use asperity_stages::ensemble::{ParameterPoint, load_column};
+use asperity_stages::ensemble::{Ensemble, ParameterPoint, load_column};
 use asperity_stages::error_budget::{
     self, ErrorBudget, LoadBudget, MESH, SizeError, SolverError, Term, number,
 };
 use asperity_statistics::differences::MeanDifference;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::column::Role;
-use asperity_tables::table::Table;
+use asperity_tables::table::{Table, TableError};
 
 pub use self::additions::Addition;
 pub use super::advice::{AdvisedFit, AdvisedStep};
@@ -169,9 +170,7 @@ impl Session<'_> {
 
 fn means_of(reading: &StudyResults, name: &str) -> Result<Option<MeansOfStage>, SessionError> {
     let names: Vec<&str> = reading.plan.stages.iter().map(|stage| stage.name.as_str()).collect();
-    let found = names.iter().position(|known| *known == name);
-    let index = found.ok_or_else(|| UnknownName::stage(name, &names))?;
-    Ok(reading.study.means_of(index)?)
+    Ok(reading.study.means_of(name_lookup::stage(name, &names)?)?)
 }
 
 fn add_means(
@@ -181,14 +180,7 @@ fn add_means(
     means: &mut Vec<MeanErrors>,
 ) -> Result<(), SessionError> {
     let plan = &reading.plan;
-    let mut tables = Vec::new();
-    for &stage in &source.rows {
-        tables.extend(reading.rows(&plan.stages[stage])?.table);
-    }
-    if tables.is_empty() {
-        return Ok(());
-    }
-    let table = Table::stack(&tables)?;
+    let Some(table) = stacked(reading, &source.rows)? else { return Ok(()) };
     let stage = &plan.stages[source.stage].name;
     let units = reading.study.units_of(stage);
     let parameters = table.in_role(Role::Parameter);
@@ -272,8 +264,8 @@ impl LoadErrors {
                 interval,
                 order: size.map(|size| size.found.order),
                 order_is_shown: size.map(|size| size.found.is_order_shown),
-                sizes: match &budget.solver {
-                    Some(SolverError::Difference { tolerance, .. }) if term == Term::Solver => {
+                sizes: match (term, &budget.solver) {
+                    (Term::Solver, Some(SolverError::Difference { tolerance, .. })) => {
                         vec![*tolerance]
                     }
                     _ => size.map(|size| size.sizes.clone()).unwrap_or_default(),
@@ -298,14 +290,14 @@ const FEWEST: usize = 4;
 /// Returns the changes that halve the known terms. `surfaces` are those of the meshes of the mean.
 fn halving(budget: &ErrorBudget, surfaces: &[Surfaces], costs: &Costs) -> Vec<Halving> {
     let Some(finest) = surfaces.last() else { return Vec::new() };
-    let count = finest.count();
+    let count = finest.len();
     let mut halving = Vec::new();
     if count > 1 {
         let change = match surfaces {
-            [only] => format!("{} more surfaces", 3 * only.count()),
+            [only] => format!("{} more surfaces", 3 * only.len()),
             _ => "four times the surfaces on each mesh".to_owned(),
         };
-        let seconds = surfaces.iter().map(|own| own.count() as f64 * costs.per_surface(own, 1.0));
+        let seconds = surfaces.iter().map(|own| own.len() as f64 * costs.per_surface(own, 1.0));
         let seconds = 3.0 * seconds.sum::<f64>();
         halving.push(Halving { term: Term::Sampling.name(), change, seconds });
     }
@@ -391,4 +383,57 @@ fn factor(sizes: &[(&LoadBudget, &SizeError)]) -> Option<usize> {
     let order = orders.get(orders.len() / 2)?;
     // An order of 0.9 nearly halves the error.
     (2 * orders.len() > sizes.len()).then_some(if *order > 0.9 { 2 } else { 4 })
+}
+
+/// Tasks that make the surfaces of an ensemble.
+type Surfaces = BTreeSet<usize>;
+
+/// Tasks of a plan, grouped by the surface that they depend on.
+struct Costs<'a> {
+    plan: &'a Plan,
+    model: CostModel,
+    by_surface: BTreeMap<usize, Vec<usize>>,
+    /// Surface on which the task with a key in published tables depends.
+    surfaces: HashMap<String, usize>,
+}
+
+impl<'a> Costs<'a> {
+    fn new(plan: &'a Plan) -> Costs<'a> {
+        let mut surface_of: Vec<Option<usize>> = Vec::with_capacity(plan.tasks.len());
+        let mut by_surface: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut surfaces = HashMap::new();
+        for (index, task) in plan.tasks.iter().enumerate() {
+            let surface = match task.recipe.kind() {
+                Kind::Generate => Some(index),
+                Kind::Solve | Kind::Measure | Kind::Correct if task.inputs.len() == 1 => {
+                    surface_of[task.inputs[0]]
+                }
+                _ => None,
+            };
+            if let Some(surface) = surface {
+                by_surface.entry(surface).or_default().push(index);
+                surfaces.insert(task.table.key.to_string(), surface);
+            }
+            surface_of.push(surface);
+        }
+        Costs { plan, model: CostModel::default(), by_surface, surfaces }
+    }
+
+    /// Returns the surfaces of an ensemble of rows of a published table.
+    fn surfaces_of(&self, table: &Table, ensemble: &Ensemble) -> Result<Surfaces, TableError> {
+        let keys = table.texts(TASK.name)?;
+        let known = ensemble.states().filter_map(|(_, _, row)| self.surfaces.get(keys.value(row)));
+        Ok(known.copied().collect())
+    }
+
+    /// Returns the mean of the expected core-seconds of surfaces with `factor` times the nodes per
+    /// side.
+    fn per_surface(&self, surfaces: &Surfaces, factor: f64) -> f64 {
+        let tasks = surfaces.iter().flat_map(|surface| &self.by_surface[surface]);
+        let seconds = tasks.map(|&task| {
+            let task = &self.plan.tasks[task];
+            self.model.seconds_on(task, task.nodes.map(|nodes| (nodes as f64 * factor) as usize))
+        });
+        seconds.sum::<f64>() / surfaces.len().max(1) as f64
+    }
 }

@@ -239,7 +239,8 @@ impl fmt::Display for Notice<'_> {
 /// Progress of a batch of tasks, computed from the events that an [`Observer`] receives.
 #[derive(Debug)]
 pub struct RunProgress {
-    tasks: HashMap<usize, Expected>,
+    /// Kind and expected core-seconds of each task.
+    tasks: HashMap<usize, (Kind, f64)>,
     /// Expected core-seconds of all tasks.
     expected: f64,
     begun: Instant,
@@ -250,13 +251,6 @@ pub struct RunProgress {
     under_way: BTreeMap<usize, f64>,
 }
 
-/// Kind and expected core-seconds of a task.
-#[derive(Debug)]
-struct Expected {
-    kind: Kind,
-    seconds: f64,
-}
-
 impl RunProgress {
     /// Starts to measure the progress of a batch of tasks.
     pub fn new(batch: Batch<'_>) -> RunProgress {
@@ -264,12 +258,11 @@ impl RunProgress {
         let cost = CostModel::default().for_remaining(remaining);
         let expected = |&task: &usize| {
             let kind = batch.plan.tasks[task].recipe.kind();
-            let seconds = cost.seconds(batch.plan, task);
-            (task, Expected { kind, seconds })
+            (task, (kind, cost.seconds(batch.plan, task)))
         };
-        let tasks: HashMap<usize, Expected> = batch.tasks.iter().map(expected).collect();
+        let tasks: HashMap<usize, (Kind, f64)> = batch.tasks.iter().map(expected).collect();
         RunProgress {
-            expected: tasks.values().map(|expected| expected.seconds).sum(),
+            expected: tasks.values().map(|(_, seconds)| seconds).sum(),
             tasks,
             begun: Instant::now(),
             finished: 0,
@@ -292,7 +285,7 @@ impl RunProgress {
 
     /// Returns the kind of a task of the batch; `None` for other tasks.
     pub fn kind(&self, task: usize) -> Option<Kind> {
-        self.tasks.get(&task).map(|expected| expected.kind)
+        self.tasks.get(&task).map(|(kind, _)| *kind)
     }
 
     /// Returns the number of tasks of the batch.
@@ -322,8 +315,7 @@ impl RunProgress {
     }
 
     fn seconds(&self, task: usize) -> f64 {
-        let expected = self.tasks.get(&task);
-        expected.map_or(0.0, |expected| expected.seconds)
+        self.tasks.get(&task).map_or(0.0, |(_, seconds)| *seconds)
     }
 }
 

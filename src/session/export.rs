@@ -10,18 +10,19 @@ mod gwyddion;
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use clap::ValueEnum;
 use serde::Serialize;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::SessionError;
 use super::formatting::listed;
-use super::maps::{Map, MapKind, PathState, TaskMaps};
-use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
+use super::maps::{Map, MapKind, TaskMaps};
+use super::output_files::{write_output, write_output_with};
 use super::task_choice::ChosenLoad;
 use asperity_mechanics::topography::surface::Scan;
 use asperity_stages::columns::LOAD;
@@ -40,39 +41,13 @@ pub(crate) struct Export<'m> {
     kinds: Vec<MapKind>,
     /// Rows of the loads in ascending order, or of the states in the order of their path.
     rows: Vec<usize>,
-    /// Maps at the first load, which give the mesh and the units.
-    first: Option<LoadMaps>,
-    /// True if one load was asked for, whose arrays then have no axis of loads.
-    is_single: bool,
-}
-
-struct LoadMaps {
-    maps: Vec<Map>,
-}
-
-impl LoadMaps {
-    fn load(&self) -> f64 {
-        self.maps[0].load.expect("maps of a contact have a load")
-    }
-
-    fn state(&self) -> Option<&PathState> {
-        self.maps[0].state.as_ref()
-    }
-}
-
-/// Loads of an export, each with its state along a path.
-#[derive(Debug, Default)]
-struct ExportedLoads {
     loads: Vec<f64>,
     /// Branches of the states; empty if the contact is not a path.
     branches: Vec<String>,
-}
-
-impl ExportedLoads {
-    fn push(&mut self, of: &LoadMaps) {
-        self.loads.push(of.load());
-        self.branches.extend(of.state().map(|state| state.branch.clone()));
-    }
+    /// Maps at the first load, which give the mesh and the units; empty for a surface.
+    first: Vec<Map>,
+    /// True if one load was asked for, whose arrays then have no axis of loads.
+    is_single: bool,
 }
 
 /// NumPy array with elements that follow later, little-endian.
@@ -110,25 +85,13 @@ pub(crate) struct Exported {
 /// Returns an error if the map needs more than 4 GB, if the path is that of a file of another kind,
 /// or if the file cannot be written.
 pub fn write_gwyddion(path: &Path, scan: &Scan, unit: Option<&str>) -> Result<(), SessionError> {
-    let map = Map {
-        kind: MapKind::Heights,
-        values: scan.heights().to_vec(),
-        grid: scan.grid(),
-        length_unit: unit.map(str::to_owned),
-        unit: unit.map(str::to_owned),
-        load: None,
-        state: None,
-        pressure_unit: None,
-        effective_modulus: None,
-        load_column: None,
-        load_unit: None,
-    };
+    let map = Map::of_heights(scan.grid(), scan.heights().to_vec(), unit.map(str::to_owned));
     let file = gwyddion::native(&[gwyddion::Channel { map: &map, mask: None }])?;
     write_output(path, &file, "Gwyddion", true)
 }
 
 /// Format of an export, which the suffix of the file names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExportFormat {
     /// VTK image data of one load.
     Vti,
@@ -150,16 +113,8 @@ impl ExportFormat {
     /// # Errors
     /// Returns an error if no format has the suffix.
     pub(crate) fn from_path(path: &Path) -> Result<ExportFormat, SessionError> {
-        let formats = [
-            ("vti", ExportFormat::Vti),
-            ("pvd", ExportFormat::Pvd),
-            ("npy", ExportFormat::Npy),
-            ("npz", ExportFormat::Npz),
-            ("gsf", ExportFormat::Gsf),
-            ("gwy", ExportFormat::Gwy),
-        ];
-        let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
-        found.map(|(_, format)| format).ok_or_else(|| {
+        let suffix = path.extension().unwrap_or_default().to_string_lossy();
+        <ExportFormat as ValueEnum>::from_str(&suffix, true).map_err(|_| {
             SessionError::refused(format!(
                 "`{}` must end in `.vti` (VTK, one load), `.pvd` (VTK, all loads), `.npy` \
                  (NumPy, one map), \
@@ -191,7 +146,9 @@ impl<'m> Export<'m> {
             heights,
             kinds: others.collect(),
             rows: Vec::new(),
-            first: None,
+            loads: Vec::new(),
+            branches: Vec::new(),
+            first: Vec::new(),
             is_single: load.is_some(),
             maps,
         };
@@ -200,43 +157,20 @@ impl<'m> Export<'m> {
                 Some(load) => vec![export.maps.row(kind, Some(load))?],
                 None => export.maps.rows(),
             };
+            (export.loads, export.branches) = export.maps.loads(&export.rows)?;
             // Without rows, this fails with the reason.
-            let first =
-                export.rows.first().copied().map_or_else(|| export.maps.row(kind, None), Ok)?;
-            export.first = Some(export.at(first)?);
+            let first = export.rows.first().copied();
+            export.first = export.at(first.map_or_else(|| export.maps.row(kind, None), Ok)?)?;
         }
-        if export.first.is_none() && export.heights.is_none() {
+        if export.first.is_empty() && export.heights.is_none() {
             return Err(SessionError::NoMap { task: export.maps.task });
         }
         Ok(export)
     }
 
     /// Reads or computes the maps in a row.
-    fn at(&mut self, row: usize) -> Result<LoadMaps, SessionError> {
-        let maps = self.kinds.iter().map(|kind| self.maps.map_of_row(*kind, row, self.stop));
-        Ok(LoadMaps { maps: maps.collect::<Result<_, _>>()? })
-    }
-
-    /// Passes the maps at each load to `with`, with the index of the load. Returns the loads.
-    fn for_each_load(
-        &mut self,
-        mut with: impl FnMut(&Self, usize, &LoadMaps) -> Result<(), SessionError>,
-    ) -> Result<ExportedLoads, SessionError> {
-        let mut exported = ExportedLoads::default();
-        for index in 0..self.rows.len() {
-            match &self.first {
-                Some(first) if index == 0 => {
-                    exported.push(first);
-                    with(self, index, first)?;
-                }
-                _ => {
-                    let maps = self.at(self.rows[index])?;
-                    exported.push(&maps);
-                    with(self, index, &maps)?;
-                }
-            }
-        }
-        Ok(exported)
+    fn at(&mut self, row: usize) -> Result<Vec<Map>, SessionError> {
+        self.kinds.iter().map(|kind| self.maps.map_of_row(*kind, row, self.stop)).collect()
     }
 
     /// Writes the maps in the format of the suffix; see [`write_output`].
@@ -246,20 +180,19 @@ impl<'m> Export<'m> {
     /// file must not be overwritten or cannot be written.
     pub(crate) fn write(mut self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
         let mut files = vec![path.to_owned()];
-        let mut loads = ExportedLoads::default();
         match ExportFormat::from_path(path)? {
             ExportFormat::Vti => {
-                loads = self.only_load(path, "vti", "pvd")?;
-                write_output(path, &self.vti(self.first.as_ref()), "VTK", replace)?;
+                self.check_one_load(path, "vti", "pvd")?;
+                write_output(path, &self.vti(&self.first), "VTK", replace)?;
             }
             ExportFormat::Gsf => {
                 self.only_array(path, "gsf", "gwy")?;
-                loads = self.only_load(path, "gsf", "npz")?;
+                self.check_one_load(path, "gsf", "npz")?;
                 let field = gwyddion::simple_field(self.any());
                 write_output(path, &field, "Gwyddion", replace)?;
             }
             ExportFormat::Gwy => {
-                loads = self.only_load(path, "gwy", "npz")?;
+                self.check_one_load(path, "gwy", "npz")?;
                 let file = gwyddion::native(&self.gwyddion_channels())?;
                 write_output(path, &file, "Gwyddion", replace)?;
             }
@@ -267,18 +200,20 @@ impl<'m> Export<'m> {
                 let folder = path.with_extension("");
                 let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let mut collection = String::new();
-                loads = self.for_each_load(|export, index, of| {
+                for index in 0..self.rows.len() {
+                    let maps = self.at(self.rows[index])?;
                     let file = format!("{index:04}.vti");
                     // The loads of a path do not ascend.
-                    let time = of.state().map_or(of.load(), |state| state.step as f64);
+                    let state = maps[0].state.as_ref();
+                    let time = state.map_or(self.loads[index], |state| state.step as f64);
                     let _ = writeln!(
                         collection,
                         "    <DataSet timestep=\"{time}\" part=\"0\" file=\"{}/{file}\"/>",
                         escaped(&name)
                     );
                     files.push(folder.join(&file));
-                    write_output(&folder.join(&file), &export.vti(Some(of)), "VTK", replace)
-                })?;
+                    write_output(&folder.join(&file), &self.vti(&maps), "VTK", replace)?;
+                }
                 // The format has no unit of time.
                 let time = match (self.maps.is_path(), self.load_unit()) {
                     (true, _) => "number of the state".to_owned(),
@@ -296,45 +231,35 @@ impl<'m> Export<'m> {
             ExportFormat::Npy => {
                 let array = self.only_array(path, "npy", "npz")?;
                 write_output_with(path, "NumPy", &MAGIC[..4], replace, |file| {
-                    let mut file = BufWriter::new(file);
-                    loads = self.write_arrays(&mut [(&array, &mut file)], path)?;
-                    Ok(file.flush().map_err(|source| unwritten(path, source))?)
+                    self.write_arrays(&mut [(&array, file)])
                 })?;
             }
             ExportFormat::Npz => {
                 write_output_with(path, "NumPy archive", b"PK\x03\x04", replace, |file| {
-                    loads = self.write_archive(file, path)?;
-                    Ok(())
+                    self.write_archive(file, folder_of(path))
                 })?;
             }
         }
-        Ok(self.exported(files, loads))
+        Ok(self.exported(files))
     }
 
-    /// Returns the only load of an export. Otherwise the error advises to write all loads to a file
-    /// with another suffix.
-    fn only_load(
-        &self,
-        path: &Path,
-        suffix: &str,
-        of_all: &str,
-    ) -> Result<ExportedLoads, SessionError> {
-        if self.rows.len() > 1 {
-            let (one, options) = match self.maps.is_path() {
-                true => ("state", "`--load` or `--gap`"),
-                false => ("load", "`--load`"),
-            };
-            return Err(SessionError::refused(format!(
-                "a `.{suffix}` file holds one {one}, but the task has {}; choose one with \
-                 {options}, \
-                 or write all to `{}`",
-                self.rows.len(),
-                path.with_extension(of_all).display()
-            )));
+    /// Checks that the export has one load. Otherwise the error advises to write all loads to a
+    /// file with another suffix.
+    fn check_one_load(&self, path: &Path, suffix: &str, of_all: &str) -> Result<(), SessionError> {
+        if self.rows.len() <= 1 {
+            return Ok(());
         }
-        let mut loads = ExportedLoads::default();
-        self.first.iter().for_each(|first| loads.push(first));
-        Ok(loads)
+        let (one, options) = if self.maps.is_path() {
+            ("state", "`--load` or `--gap`")
+        } else {
+            ("load", "`--load`")
+        };
+        Err(SessionError::refused(format!(
+            "a `.{suffix}` file holds one {one}, but the task has {}; choose one with {options}, \
+             or write all to `{}`",
+            self.rows.len(),
+            path.with_extension(of_all).display()
+        )))
     }
 
     /// Returns the only array of an export. Otherwise the error advises to write all arrays to a
@@ -345,8 +270,7 @@ impl<'m> Export<'m> {
             (Some(array), 0) => Ok(array),
             (last, _) => Err(SessionError::refused(format!(
                 "a `.{suffix}` file holds one array; choose one of {} with `--map`, or write all \
-                 to \
-                 `{}`",
+                 to `{}`",
                 listed(arrays.iter().chain(&last).map(|array| array.name), "or"),
                 path.with_extension(of_all).display()
             ))),
@@ -356,53 +280,41 @@ impl<'m> Export<'m> {
     /// Returns the channels of a Gwyddion file: one for each map, except that the contact is the
     /// mask of the heights if both are exported.
     fn gwyddion_channels(&self) -> Vec<gwyddion::Channel<'_>> {
-        let of_load = || self.first.iter().flat_map(|of| &of.maps);
-        let contact = of_load().find(|map| map.kind == MapKind::Contact);
+        let contact = self.first.iter().find(|map| map.kind == MapKind::Contact);
         let mask = contact.filter(|_| self.heights.is_some());
         let heights = self.heights.iter().map(|map| gwyddion::Channel { map, mask });
-        let others = of_load().filter(|map| mask.is_none() || map.kind != MapKind::Contact);
+        let others = self.first.iter().filter(|map| mask.is_none() || map.kind != MapKind::Contact);
         heights.chain(others.map(|map| gwyddion::Channel { map, mask: None })).collect()
     }
 
-    /// Writes arrays, each to its own writer. Returns the loads.
-    fn write_arrays<W: Write>(
-        &mut self,
-        arrays: &mut [(&Array, W)],
-        path: &Path,
-    ) -> Result<ExportedLoads, SessionError> {
-        let failed = |source: io::Error| unwritten(path, source);
+    /// Writes arrays, each to its own writer.
+    fn write_arrays<W: Write>(&mut self, arrays: &mut [(&Array, W)]) -> io::Result<()> {
         for (array, writer) in arrays.iter_mut() {
-            writer.write_all(&array.header()).map_err(failed)?;
+            writer.write_all(&array.header())?;
         }
         let of_loads = usize::from(self.heights.is_some());
         if let (Some(heights), Some((_, writer))) = (&self.heights, arrays.first_mut()) {
-            writer.write_all(&elements(heights)).map_err(failed)?;
+            writer.write_all(&elements(heights.kind, heights.values.iter().copied()))?;
         }
-        self.for_each_load(|_, _, of| {
-            let writers = arrays[of_loads..].iter_mut();
-            writers.zip(&of.maps).try_for_each(|((_, writer), map)| {
-                writer.write_all(&elements(map)).map_err(failed).map_err(SessionError::from)
-            })
-        })
+        for row in self.rows.clone() {
+            let maps = self.at(row).map_err(io::Error::other)?;
+            for ((_, writer), map) in arrays[of_loads..].iter_mut().zip(&maps) {
+                writer.write_all(&elements(map.kind, map.values.iter().copied()))?;
+            }
+        }
+        Ok(())
     }
 
-    /// Writes an archive of the arrays with the sides, the loads and the units. Returns the loads.
-    fn write_archive(
-        &mut self,
-        file: &mut File,
-        path: &Path,
-    ) -> Result<ExportedLoads, SessionError> {
-        let failed = |source: io::Error| unwritten(path, source);
-        // All quantities of a load are computed together, but an archive has one array after the
-        // other.
-        let folder = folder_of(path);
+    /// Writes an archive of the arrays with the sides, the loads and the units. All quantities of a
+    /// load are computed together, but an archive has one array after the other: they wait in
+    /// temporary files in `folder`.
+    fn write_archive(&mut self, file: &mut File, folder: &Path) -> io::Result<()> {
         let arrays = self.arrays();
         let mut parts = Vec::new();
         for array in &arrays {
-            let part = tempfile::tempfile_in(folder).map_err(failed)?;
-            parts.push((array, BufWriter::new(part)));
+            parts.push((array, tempfile::tempfile_in(folder)?));
         }
-        let loads = self.write_arrays(&mut parts, path)?;
+        self.write_arrays(&mut parts)?;
         let mut archive = ZipWriter::new(file);
         let mut add = |name: &str, length: u64, content: &mut dyn Read| {
             // With the earliest date of the format, equal maps give equal bytes.
@@ -410,32 +322,28 @@ impl<'m> Export<'m> {
                 .compression_method(CompressionMethod::Deflated)
                 .last_modified_time(DateTime::default())
                 .large_file(length >= u64::from(u32::MAX));
-            archive.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
-            io::copy(content, &mut archive).map(drop)
+            archive.start_file(format!("{name}.npy"), options)?;
+            io::copy(content, &mut archive)
         };
-        for (array, writer) in parts {
-            let mut part = writer.into_inner().map_err(|error| failed(error.into_error()))?;
-            let written = part.stream_position().and_then(|length| {
-                part.rewind()?;
-                add(array.name, length, &mut part)
-            });
-            written.map_err(failed)?;
+        for (array, mut part) in parts {
+            let length = part.stream_position()?;
+            part.rewind()?;
+            add(array.name, length, &mut part)?;
         }
-        for (array, elements) in self.small_arrays(&loads) {
+        for (array, elements) in self.small_arrays() {
             let bytes = [array.header(), elements].concat();
-            add(array.name, bytes.len() as u64, &mut bytes.as_slice()).map_err(failed)?;
+            add(array.name, bytes.len() as u64, &mut bytes.as_slice())?;
         }
-        archive.finish().map_err(|error| failed(io::Error::other(error)))?;
-        Ok(loads)
+        archive.finish()?;
+        Ok(())
     }
 
     /// Returns a map that shares mesh and units with all others.
     fn any(&self) -> &Map {
-        let of_load = self.first.as_ref().map(|of| &of.maps[0]);
-        of_load.or(self.heights.as_ref()).expect("an export has a map")
+        self.first.first().or(self.heights.as_ref()).expect("an export has a map")
     }
 
-    fn exported(&self, files: Vec<PathBuf>, loads: ExportedLoads) -> Exported {
+    fn exported(self, files: Vec<PathBuf>) -> Exported {
         let kinds = self.heights.iter().map(|map| map.kind).chain(self.kinds.iter().copied());
         let map = self.any();
         Exported {
@@ -446,24 +354,23 @@ impl<'m> Export<'m> {
             side: PerAxis(map.grid.cell().size()),
             unit: map.length_unit.clone(),
             pressure_unit: map.pressure_unit.clone(),
-            loads: loads.loads,
             load_column: map.load_column,
-            branches: loads.branches,
+            loads: self.loads,
+            branches: self.branches,
         }
     }
 
     /// Returns VTK image data with the heights and the maps of a load. Nodes are cells, of which x
     /// varies fastest. As points, they would bound one cell less along each side: filters that keep
     /// or integrate cells would give other areas and forces.
-    fn vti(&self, of: Option<&LoadMaps>) -> Vec<u8> {
+    fn vti(&self, of_load: &[Map]) -> Vec<u8> {
         let ([nodes_x, nodes_y], [step_x, step_y]) =
             (self.any().grid.nodes(), self.any().grid.spacing());
         let extent = format!("0 {nodes_x} 0 {nodes_y} 0 0");
         let [first_x, first_y] = [step_x, step_y].map(|step| -0.5 * step);
         let (mut arrays, mut data) = (String::new(), Vec::new());
-        for map in self.heights.iter().chain(of.map_or(&[][..], |of| &of.maps)) {
-            let is_flag = map.kind.is_set();
-            let element = if is_flag { "UInt8" } else { "Float64" };
+        for map in self.heights.iter().chain(of_load) {
+            let element = if map.kind.is_set() { "UInt8" } else { "Float64" };
             let _ = writeln!(
                 arrays,
                 "        <DataArray type=\"{element}\" Name=\"{}\" format=\"appended\" \
@@ -473,22 +380,18 @@ impl<'m> Export<'m> {
                 map.unit.as_deref().map_or_else(String::new, units_label),
             );
             let columns = (0..nodes_y).flat_map(|j| (0..nodes_x).map(move |i| i * nodes_y + j));
-            let values = columns.map(|node| map.values[node]);
-            let bytes: Vec<u8> = if is_flag {
-                values.map(|value| value as u8).collect()
-            } else {
-                values.flat_map(f64::to_le_bytes).collect()
-            };
+            let bytes = elements(map.kind, columns.map(|node| map.values[node]));
             data.extend((bytes.len() as u64).to_le_bytes());
             data.extend(bytes);
         }
-        let load = of.map_or_else(String::new, |of| {
+        let number = of_load.first().and_then(|map| map.load);
+        let load = number.map_or_else(String::new, |load| {
             format!(
                 "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"{}\" \
                  NumberOfTuples=\"1\" format=\"ascii\">{}{}</DataArray>\n    </FieldData>\n",
                 self.load_name(),
                 self.load_unit().map_or_else(String::new, units_label),
-                of.load()
+                load
             )
         });
         let head = format!(
@@ -511,7 +414,7 @@ impl<'m> Export<'m> {
 
     /// Returns the unit of the loads, if it is known.
     fn load_unit(&self) -> Option<&str> {
-        self.first.as_ref()?.maps[0].load_unit.as_deref()
+        self.first.first()?.load_unit.as_deref()
     }
 
     /// Returns the arrays of all quantities.
@@ -529,30 +432,28 @@ impl<'m> Export<'m> {
     }
 
     /// Returns the arrays of the sides, the loads and the units, with their elements.
-    fn small_arrays(&self, loads: &ExportedLoads) -> Vec<(Array, Vec<u8>)> {
+    fn small_arrays(&self) -> Vec<(Array, Vec<u8>)> {
         let map = self.any();
         let reals = |name, shape: Vec<usize>, values: &[f64]| {
             let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
             (Array { name, element: "<f8".to_owned(), shape }, bytes)
         };
-        let of_loads = || if self.is_single { vec![] } else { vec![loads.loads.len()] };
+        let of_loads = || if self.is_single { vec![] } else { vec![self.loads.len()] };
         let mut arrays = vec![reals("side", vec![2], &map.grid.cell().size())];
-        if !loads.loads.is_empty() {
-            arrays.push(reals(self.load_name(), of_loads(), &loads.loads));
+        if !self.loads.is_empty() {
+            arrays.push(reals(self.load_name(), of_loads(), &self.loads));
         }
-        if !loads.branches.is_empty() {
-            arrays.push(texts("branch", of_loads(), &loads.branches));
+        if !self.branches.is_empty() {
+            arrays.push(texts("branch", of_loads(), &self.branches));
         }
         let units = [
             ("unit", &map.length_unit),
             ("pressure_unit", &map.pressure_unit),
             ("load_unit", &map.load_unit),
         ];
-        arrays.extend(
-            units
-                .into_iter()
-                .filter_map(|(name, unit)| Some(texts(name, vec![], &[unit.clone()?]))),
-        );
+        let named =
+            |(name, unit): (_, &Option<String>)| Some(texts(name, vec![], &[unit.clone()?]));
+        arrays.extend(units.into_iter().filter_map(named));
         arrays
     }
 }
@@ -589,29 +490,21 @@ impl Array {
     }
 }
 
-/// Returns the elements of the array of a map.
-fn elements(map: &Map) -> Vec<u8> {
-    let values = map.values.iter();
-    if map.kind.is_set() {
-        values.map(|value| *value as u8).collect()
+/// Returns the elements of an array with the values of a map.
+fn elements(kind: MapKind, values: impl Iterator<Item = f64>) -> Vec<u8> {
+    if kind.is_set() {
+        values.map(|value| value as u8).collect()
     } else {
-        values.flat_map(|value| value.to_le_bytes()).collect()
+        values.flat_map(f64::to_le_bytes).collect()
     }
 }
 
 /// First bytes of a NumPy file of version 1.0.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 
-/// Returns the name of the array of a quantity.
+/// Returns the name of the array of a quantity: that of its maps in the singular.
 fn array_name(kind: MapKind) -> &'static str {
-    match kind {
-        MapKind::Heights => "height",
-        MapKind::Contact => "contact",
-        MapKind::Repulsive => "repulsive",
-        MapKind::Pressures => "pressure",
-        MapKind::Gap => "gap",
-        MapKind::Displacement => "displacement",
-    }
+    kind.name().trim_end_matches('s')
 }
 
 /// Returns the element that names the unit of an array, as VTK writes it.

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use serde::Serialize;
 
@@ -78,8 +77,17 @@ fn entry(data: &DataFolder, name: &str) -> StudyEntry {
     let [page, picture] = index::report_of(&data.results(), name);
     let tables = tables(&folder);
     let record_file = Record::path(&data.records(), name);
-    let written = tables.iter().chain([&record_file]).filter_map(|path| modified(path)).max();
-    let stages: Vec<StageEntry> = record.iter().flat_map(stages).collect();
+    let modified = |path: &PathBuf| fs::metadata(path).ok()?.modified().ok();
+    let written = tables.iter().chain([&record_file]).filter_map(modified).max();
+    let recorded = record.iter().flat_map(|record| &record.stages);
+    let stages: Vec<StageEntry> = recorded
+        .map(|stage| StageEntry {
+            name: stage.name.clone(),
+            kind: stage.kind.name(),
+            finished: stage.finished,
+            tasks: stage.tasks,
+        })
+        .collect();
     StudyEntry {
         name: name.to_owned(),
         description: description.flatten(),
@@ -100,19 +108,6 @@ fn entry(data: &DataFolder, name: &str) -> StudyEntry {
     }
 }
 
-fn modified(path: &Path) -> Option<SystemTime> {
-    fs::metadata(path).ok()?.modified().ok()
-}
-
-fn stages(record: &Record) -> impl Iterator<Item = StageEntry> {
-    record.stages.iter().map(|stage| StageEntry {
-        name: stage.name.clone(),
-        kind: stage.kind.name(),
-        finished: stage.finished,
-        tasks: stage.tasks,
-    })
-}
-
 fn surfaces(record: &Record) -> u64 {
     let generated = record.stages.iter().filter(|stage| stage.kind == Kind::Generate);
     let points = generated.flat_map(|stage| &stage.points);
@@ -121,22 +116,18 @@ fn surfaces(record: &Record) -> u64 {
 
 /// Returns what is wrong with the files of a study.
 fn problems(data: &DataFolder, name: &str, tables: &[PathBuf], has_record: bool) -> Vec<String> {
+    let missing = |path: PathBuf| {
+        format!("`{}` is missing or damaged; run the study again to write it", path.display())
+    };
     let mut problems = Vec::new();
     if !has_record {
-        let record = Record::path(&data.records(), name);
-        problems.push(format!(
-            "`{}` is missing or damaged; run the study again to write it",
-            record.display()
-        ));
+        problems.push(missing(Record::path(&data.records(), name)));
     }
     let folder = data.results_of(name);
     if tables.is_empty() {
         problems.push(format!("`{}` has no tables; run the study again", folder.display()));
     } else if owner::manifest_of(&folder).is_none() {
-        problems.push(format!(
-            "`{}` is missing or damaged; run the study again to write it",
-            folder.join(owner::FILE).display()
-        ));
+        problems.push(missing(folder.join(owner::FILE)));
     }
     for table in tables {
         if let Err(error) = TableSource::open(table) {

@@ -63,13 +63,17 @@ pub(crate) struct PrunedKind {
 }
 
 /// Options of the function [`prune`].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, clap::Args)]
 pub(crate) struct PruneOptions {
-    /// Delete the files instead of counting them.
-    pub(crate) delete: bool,
-    /// Delete the files even if receipts report array elements running on other machines, which no
-    /// lock can detect.
-    pub(crate) force: bool,
+    /// Delete the files instead of listing them.
+    #[arg(long)]
+    yes: bool,
+
+    /// Delete even if receipts report array elements running on other machines.
+    ///
+    /// Locks may not work across machines, so such an array element could still need the files.
+    #[arg(long, requires = "yes")]
+    force: bool,
 }
 
 /// Verifies the tables, pages and figures of one study or of all, and quarantines damaged tables.
@@ -92,7 +96,9 @@ pub(crate) fn verify(
     let plan = read.as_ref();
     notify_of_lock(data, observer);
     let store = Store::open_read_only(&data.store())?;
-    let mut files = tables(plan, data)?;
+    let mut found = listing::store_files(&data.store())?;
+    found.extend(results::files(&data.results())?);
+    let mut files = of_plan(found, plan);
     let own = files.len();
     let layered = with_layers.then(|| study.map_or(data, Session::data).open_read_only());
     if let Some(store) = layered.transpose()? {
@@ -108,7 +114,11 @@ pub(crate) fn verify(
         finding
     });
     let mut damaged: Vec<DamagedFile> = findings.into_iter().flatten().collect();
-    damaged.extend(edited_pages(plan, data)?);
+    // Edited pages and figures are not moved, because a report writes them again.
+    let mut folders = listing::folders(&data.results())?;
+    folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
+    let causes = folders.iter().flat_map(|folder| asperity_report::problems(folder));
+    damaged.extend(causes.map(|cause| DamagedFile { cause, quarantined: None }));
     Ok(Verification { checked: tables.len(), damaged })
 }
 
@@ -126,25 +136,18 @@ pub(crate) fn prune(
 ) -> Result<Pruned, SessionError> {
     let mut plans = Vec::new();
     for session in studies {
-        plans.push(session.sampled()?.plan);
+        plans.push(session.sampled()?.0.plan);
         // Keep all surfaces of adaptive stages, even if a table that required them is missing.
         plans.push(adaptive_sampling::maximum_plan(session.study()?));
     }
     // The exclusive lock keeps the store unchanged between listing and deleting.
-    let lock = if options.delete { Some(lock_exclusively(data, options.force)?) } else { None };
+    let lock = options.yes.then(|| lock_exclusively(data, options.force)).transpose()?;
     let unneeded = data_folder::unneeded(&plans, data, &HostState::here())?;
-    let pruned = Pruned::count(&unneeded, options.delete);
+    let pruned = Pruned::count(&unneeded, options.yes);
     if let Some(lock) = &lock {
         data_folder::delete(&unneeded, lock)?;
     }
     Ok(pruned)
-}
-
-/// Lists the existing tables of one study or of all.
-fn tables(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<StoredFile>, StoreError> {
-    let mut found = listing::store_files(&data.store())?;
-    found.extend(results::files(&data.results())?);
-    Ok(of_plan(found, plan))
 }
 
 /// Returns the tables among the files that belong to one study or to all.
@@ -156,15 +159,6 @@ fn of_plan(mut found: Vec<StoredFile>, plan: Option<&Plan>) -> Vec<StoredFile> {
         _ => false,
     });
     found
-}
-
-/// Returns the edited pages and figures of one study or of all. They are not moved, because a
-/// report writes them again.
-fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<DamagedFile>, StoreError> {
-    let mut folders = listing::folders(&data.results())?;
-    folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
-    let causes = folders.iter().flat_map(|folder| asperity_report::problems(folder));
-    Ok(causes.map(|cause| DamagedFile { cause, quarantined: None }).collect())
 }
 
 /// Verifies a table. If it is damaged and in the data folder, whose store is `own`, quarantines it.
@@ -193,15 +187,10 @@ fn read(table: &StoredFile) -> Result<(), StoreError> {
             // The table of failures belongs to no stage.
             let of_stage = (stage != names::FAILURES).then_some(stage.as_str());
             if metadata.get("study") == Some(study) && metadata.get("stage") == of_stage {
-                Ok(())
-            } else {
-                Err(StoreError::Damaged {
-                    path: path.clone(),
-                    source: ParquetError::Foreign {
-                        owner: format!("stage `{stage}` of study `{study}`"),
-                    },
-                })
+                return Ok(());
             }
+            let owner = format!("stage `{stage}` of study `{study}`");
+            Err(StoreError::Damaged { path: path.clone(), source: ParquetError::Foreign { owner } })
         }
         _ => Ok(()),
     }
@@ -249,14 +238,15 @@ fn kind(file: &StoredFile) -> String {
         let metadata = parquet::verify(File::open(&file.path).ok()?).ok()?;
         Some(Provenance::from_metadata(&metadata)?.stage)
     };
-    match file.what {
-        FileKind::Task(_) => stage().unwrap_or_else(|| "unreadable".to_owned()),
-        FileKind::Stage { .. } | FileKind::Owner { .. } => "results".to_owned(),
-        FileKind::Record { .. } => "plans".to_owned(),
-        FileKind::Cluster { .. } => "cluster".to_owned(),
-        FileKind::Quarantined => "set aside".to_owned(),
-        FileKind::Unfinished => "unfinished".to_owned(),
-    }
+    let name = match file.what {
+        FileKind::Task(_) => return stage().unwrap_or_else(|| "unreadable".to_owned()),
+        FileKind::Stage { .. } | FileKind::Owner { .. } => "results",
+        FileKind::Record { .. } => "plans",
+        FileKind::Cluster { .. } => "cluster",
+        FileKind::Quarantined => "set aside",
+        FileKind::Unfinished => "unfinished",
+    };
+    name.to_owned()
 }
 
 /// Serializes an error with its causes as one text.

@@ -26,6 +26,7 @@ use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError, grids, surface};
+use asperity_tables::column::Value;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
 use asperity_tables::store::provenance::Provenance;
@@ -156,8 +157,8 @@ impl Session<'_> {
         load: Option<ChosenLoad>,
     ) -> Result<TaskMaps, SessionError> {
         let tables = self.tables()?;
-        let chosen = chosen_task(stage, coordinates, load, &tables.table(stage)?)?;
-        let (task, plan) = (chosen.key, &tables.reading.plan);
+        let (task, rows) = chosen_task(stage, coordinates, load, &tables.table(stage)?)?;
+        let plan = &tables.reading.plan;
         let is_stored = plan
             .task_of(task)
             .is_some_and(|planned| tables.reading.reader.store().has(&plan.tasks[planned].table));
@@ -169,9 +170,11 @@ impl Session<'_> {
             });
         }
         let study = &tables.reading.study;
-        let mut maps = TaskMaps::open(task, self.open_read_only()?, study.sources.clone())?;
+        let store = tables.reading.reader.store().clone();
+        let mut maps = TaskMaps::open(task, store, study.sources.clone())?;
         maps.show_in(&study.output_units);
-        maps.only(&chosen.rows)
+        maps.keep(&rows);
+        Ok(maps)
     }
 }
 
@@ -234,8 +237,12 @@ pub(crate) struct Overlay {
     pub(crate) contacts: Vec<ContactMap>,
     /// Loads or mean gaps of the maps, in the unit of the study.
     pub(crate) loads: Vec<f64>,
+    /// Name of the loads with their unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
+    pub(crate) load_name: String,
     /// Branch of the states, or `None` if the contact is not a path.
     pub(crate) branch: Option<String>,
+    /// Unit of length of the surface, if it is known.
+    pub(crate) length_unit: Option<String>,
 }
 
 impl TaskMaps {
@@ -270,17 +277,32 @@ impl TaskMaps {
     }
 
     /// Keeps only the chosen rows, because the store may have more loads than the study.
-    fn only(mut self, chosen: &ChosenRows) -> Result<TaskMaps, SessionError> {
-        if let Some(contact) = &mut self.contact {
-            contact.rows = chosen.of_table(&contact.shown)?;
+    fn keep(&mut self, chosen: &ChosenRows) {
+        if let (Some(contact), Some((column, values))) = (&mut self.contact, chosen) {
+            let Some(column) = contact.shown.batch().column_by_name(column) else { return };
+            let value = |row: usize| Value::from_array(column.as_ref(), row);
+            contact.rows.retain(|&row| value(row).is_some_and(|value| values.contains(&value)));
         }
-        Ok(self)
     }
 
     /// Returns the rows of the loads in ascending order, or of the states in the order of their
     /// path; none for a surface.
     pub(crate) fn rows(&self) -> Vec<usize> {
         self.contact.as_ref().map_or(Vec::new(), |contact| contact.rows.clone())
+    }
+
+    /// Returns the loads in these rows, and the branches of states of a path.
+    ///
+    /// # Errors
+    /// Returns an error if the table is not one of solved loads.
+    pub(crate) fn loads(&self, rows: &[usize]) -> Result<(Vec<f64>, Vec<String>), SessionError> {
+        let Some(contact) = &self.contact else { return Ok((Vec::new(), Vec::new())) };
+        let loads = contact.shown.reals(load_column(&contact.shown))?;
+        let mut branches = Vec::new();
+        for &row in rows {
+            branches.extend(contact.path_state(row)?.map(|state| state.branch));
+        }
+        Ok((rows.iter().map(|&row| loads.value(row)).collect(), branches))
     }
 
     /// Returns true if the task is a path with adhesion.
@@ -296,23 +318,6 @@ impl TaskMaps {
         self.contact.as_ref().map_or(Ok(false), |contact| contact.is_apart(row))
     }
 
-    /// Returns the unit of length of the surface, if it is known without reading the heights.
-    pub(crate) fn length_unit(&self) -> Option<String> {
-        length_unit(&self.contact.as_ref()?.shown)
-    }
-
-    /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
-    pub(crate) fn load_in_words(&self) -> String {
-        let Some(contact) = &self.contact else { return "load".to_owned() };
-        let column = load_column(&contact.shown);
-        let (name, unit) = match prescribed_length(column) {
-            Some(name) => (name, length_unit(&contact.shown)),
-            None if column == LOAD.name => ("load", None),
-            None => ("mean pressure", pressure_unit(&contact.shown)),
-        };
-        unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
-    }
-
     /// Returns the quantities that the task has maps of.
     pub(crate) fn kinds(&self) -> Vec<MapKind> {
         let Some(contact) = &self.contact else { return vec![MapKind::Heights] };
@@ -325,11 +330,7 @@ impl TaskMaps {
     /// # Errors
     /// Returns an error if the task generates a surface, or if a map is damaged.
     pub(crate) fn overlay(&self) -> Result<Overlay, SessionError> {
-        let contact = self.solved(MapKind::Contact)?;
-        let units = [&contact.table, &contact.shown].map(length_unit);
-        let overlay = contact.overlay()?;
-        let grid = scaled(overlay.grid, factor(units[0].as_deref(), units[1].as_deref()))?;
-        Ok(Overlay { grid, ..overlay })
+        self.solved(MapKind::Contact)?.overlay()
     }
 
     /// Returns the map of a quantity under a load, or under the largest load. Of a path, the state
@@ -418,7 +419,7 @@ impl TaskMaps {
             let contact = self.contact.as_mut().expect("the row of a load was found");
             contact.field(kind, row, &mut self.surface, (&self.store, &self.sources), stop)?
         };
-        if factor != 1.0 && !kind.is_set() {
+        if !kind.is_set() {
             values.iter_mut().for_each(|value| *value *= factor);
         }
         Ok(Map {
@@ -440,25 +441,12 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns an error if a surface file is missing.
-    pub(crate) fn into_surface(self) -> Result<DrawnSurface, SessionError> {
-        let drawn = self.surface.read(&self.store, &self.sources)?;
-        let (factor, unit) = self.shown_length(drawn.unit.clone());
-        if factor == 1.0 {
-            return Ok(drawn);
-        }
-        let grid = scaled(drawn.surface.grid(), factor)?;
-        let DrawnSurface { surface, rms_slope, is_periodic, .. } = drawn;
-        let mut heights = surface.into_heights();
-        heights.iter_mut().for_each(|height| *height *= factor);
-        let surface = Surface::new(grid, heights).map_err(StageError::Heights)?;
+    pub(crate) fn into_surface(mut self) -> Result<DrawnSurface, SessionError> {
+        let Map { grid, values, unit, .. } = self.heights()?;
+        let surface = Surface::new(grid, values).map_err(StageError::Heights)?;
+        let DrawnSurface { rms_slope, is_periodic, .. } =
+            *self.surface.draw(&self.store, &self.sources)?;
         Ok(DrawnSurface { surface, rms_slope, is_periodic, unit })
-    }
-
-    /// Returns the factor that converts lengths of a surface to the unit of output, and that unit.
-    fn shown_length(&self, stored: Option<String>) -> (f64, Option<String>) {
-        let units = TableUnits { length: stored.clone(), ..TableUnits::default() };
-        let shown = units.in_output(&self.output_units).length;
-        (factor(stored.as_deref(), shown.as_deref()), shown)
     }
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
@@ -479,16 +467,21 @@ impl TaskMaps {
 
     fn heights(&mut self) -> Result<Map, SessionError> {
         let drawn = self.surface.draw(&self.store, &self.sources)?;
-        let (stored, grid) = (drawn.unit.clone(), drawn.surface.grid());
-        let mut values = drawn.surface.heights().to_vec();
-        let (factor, unit) = self.shown_length(stored);
-        if factor != 1.0 {
-            values.iter_mut().for_each(|height| *height *= factor);
-        }
-        Ok(Map {
+        let units = TableUnits { length: drawn.unit.clone(), ..TableUnits::default() };
+        let unit = units.in_output(&self.output_units).length;
+        let factor = factor(drawn.unit.as_deref(), unit.as_deref());
+        let values = drawn.surface.heights().iter().map(|height| height * factor).collect();
+        Ok(Map::of_heights(scaled(drawn.surface.grid(), factor)?, values, unit))
+    }
+}
+
+impl Map {
+    /// Creates a map of heights in the unit of the sides.
+    pub(crate) fn of_heights(grid: Grid, values: Vec<f64>, unit: Option<String>) -> Map {
+        Map {
             kind: MapKind::Heights,
             values,
-            grid: scaled(grid, factor)?,
+            grid,
             length_unit: unit.clone(),
             unit,
             load: None,
@@ -497,7 +490,7 @@ impl TaskMaps {
             effective_modulus: None,
             load_column: None,
             load_unit: None,
-        })
+        }
     }
 }
 

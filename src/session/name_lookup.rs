@@ -10,7 +10,7 @@ use asperity_tables::store::Store;
 
 /// Error about an unknown name, with a suggestion and all known names.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{message}{}\navailable: {}", suggestion(name, known), all_names(known))]
+#[error("{message}{}\navailable: {}", suggestion(name, known), wrapped(&all_of(known)))]
 #[non_exhaustive]
 pub struct UnknownName {
     pub message: String,
@@ -28,11 +28,16 @@ impl UnknownName {
             known: known.iter().map(|known| (*known).to_owned()).collect(),
         }
     }
+}
 
-    /// Creates the error for an unknown stage.
-    pub(crate) fn stage(name: &str, stages: &[&str]) -> UnknownName {
-        UnknownName::new(format!("the study has no stage `{name}`"), name, stages)
-    }
+/// Returns the index of a stage among the stages of a study.
+///
+/// # Errors
+/// Returns an error if there is no stage of this name.
+pub(crate) fn stage(name: &str, stages: &[&str]) -> Result<usize, UnknownName> {
+    let found = stages.iter().position(|known| *known == name);
+    let message = || format!("the study has no stage `{name}`");
+    found.ok_or_else(|| UnknownName::new(message(), name, stages))
 }
 
 /// Error in the key of a task.
@@ -44,10 +49,7 @@ pub enum TaskNameError {
         MIN_DIGITS
     )]
     InvalidKey { word: String },
-    #[error(
-        "the keys of several tasks begin with `{digits}`: {}; give more digits",
-        listed_keys(keys)
-    )]
+    #[error("the keys of several tasks begin with `{digits}`: {}; give more digits", all_of(keys))]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error(
         "`{}` has no finished task {word}; give a key from the column `task` of a table",
@@ -92,13 +94,9 @@ fn suggestion(name: &str, known: &[String]) -> String {
     meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
 }
 
-fn all_names(known: &[String]) -> String {
-    wrapped(&listed(known.iter().map(String::as_str), "and"))
-}
-
-fn listed_keys(keys: &[TaskKey]) -> String {
-    let digits: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
-    listed(digits.iter().map(String::as_str), "and")
+fn all_of(names: &[impl ToString]) -> String {
+    let words: Vec<String> = names.iter().map(ToString::to_string).collect();
+    listed(words.iter().map(String::as_str), "and")
 }
 
 /// Minimum number of digits that identify a task.

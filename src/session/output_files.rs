@@ -1,8 +1,8 @@
 //! Files that a command writes where the user asks for them.
 
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, Write};
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
 use super::SessionError;
@@ -28,9 +28,7 @@ pub(crate) fn write_output(
     replace: bool,
 ) -> Result<(), SessionError> {
     let signature = &bytes[..bytes.len().min(SIGNATURE)];
-    write_output_with(path, kind, signature, replace, |file| {
-        Ok(file.write_all(bytes).map_err(|source| unwritten(path, source))?)
-    })
+    write_output_with(path, kind, signature, replace, |file| file.write_all(bytes))
 }
 
 /// Writes a file of the kind `kind`, whose content `write` writes.
@@ -47,10 +45,9 @@ pub(crate) fn write_output_with(
     kind: &str,
     signature: &[u8],
     replace: bool,
-    write: impl FnOnce(&mut File) -> Result<(), SessionError>,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), SessionError> {
-    let folder = folder_of(path);
-    let failed = |source: io::Error| unwritten(path, source);
+    let failed = |source: io::Error| StoreError::writing(path, source);
     let there = if is_stream(path) { None } else { beginning(path, signature.len())? };
     if there.as_ref().is_some_and(|there| there != signature) {
         return Err(SessionError::refused(format!(
@@ -58,51 +55,27 @@ pub(crate) fn write_output_with(
             path.display()
         )));
     }
-    if there.is_none_or(|_| replace) && !is_stream(path) {
-        let mut error = None;
-        let written = write_with(path, folder, |file| {
-            write(file).map_err(|source| {
-                error = Some(source);
-                io::Error::other("the content cannot be computed")
-            })
-        });
-        return match error {
-            Some(error) => Err(error),
-            None => Ok(written?),
-        };
+    if !is_stream(path) && there.is_none_or(|_| replace) {
+        return Ok(write_with(path, folder_of(path), write)?);
     }
-    let temporary =
-        if is_stream(path) { tempfile::tempfile() } else { tempfile::tempfile_in(folder) };
-    let mut file = temporary.map_err(failed)?;
-    write(&mut file)?;
-    file.rewind().map_err(failed)?;
+    let written = tempfile::tempfile().and_then(|mut file| {
+        write(&mut file)?;
+        file.rewind()?;
+        Ok(file)
+    });
+    let mut file = written.map_err(failed)?;
     if is_stream(path) {
         let opened = File::options().write(true).open(path);
         let copied = opened.and_then(|mut stream| io::copy(&mut file, &mut stream));
         return Ok(copied.map(drop).map_err(failed)?);
     }
-    let there = File::open(path).map_err(failed)?;
-    if is_equal(BufReader::new(file), BufReader::new(there)).map_err(failed)? {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(failed)?;
+    if fs::read(path).map_err(failed)? == bytes {
         return Ok(());
     }
     let message = format!("`{}` already exists; use `--replace` to overwrite it", path.display());
     Err(SessionError::refused(message))
-}
-
-/// Returns whether two readers have the same bytes.
-fn is_equal(mut one: impl BufRead, mut other: impl BufRead) -> io::Result<bool> {
-    loop {
-        let (left, right) = (one.fill_buf()?, other.fill_buf()?);
-        let length = left.len().min(right.len());
-        if length == 0 {
-            return Ok(left.len() == right.len());
-        }
-        if left[..length] != right[..length] {
-            return Ok(false);
-        }
-        one.consume(length);
-        other.consume(length);
-    }
 }
 
 /// Writes a picture to a file whose name ends in `.png`; see [`write_output`].
@@ -139,10 +112,6 @@ fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
     match read {
         Ok(_) => Ok(Some(bytes)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(unwritten(path, source)),
+        Err(source) => Err(StoreError::writing(path, source)),
     }
-}
-
-pub(crate) fn unwritten(path: &Path, source: io::Error) -> StoreError {
-    StoreError::writing(path, source)
 }

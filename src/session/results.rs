@@ -13,7 +13,6 @@ use super::{
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::forecast::memory::MemoryLimit;
-use asperity_pipeline::plan::PlannedStage;
 use asperity_pipeline::results::{self, StudyResults, failures, owner, warnings};
 use asperity_pipeline::study::Study;
 use asperity_report::{Subject, check_folder};
@@ -34,17 +33,12 @@ pub use asperity_tables::table::Table;
 /// Tables of a study at the time of reading.
 #[derive(Debug)]
 pub struct Tables<'a> {
-    session: &'a Session<'a>,
+    pub(super) session: &'a Session<'a>,
     /// Existing results of the study.
     pub(crate) reading: StudyResults,
 }
 
-impl<'a> Tables<'a> {
-    pub(super) fn read_all(session: &'a Session<'a>) -> Result<Tables<'a>, SessionError> {
-        let reading = session.reading()?;
-        Ok(Tables { session, reading })
-    }
-
+impl Tables<'_> {
     /// Reads the table of a stage, or the table of failures.
     ///
     /// If the stage is incomplete, the observer receives a notice.
@@ -65,13 +59,16 @@ impl<'a> Tables<'a> {
         if name == FAILURES {
             return Ok(failures::read(&self.session.data().results(), &plan.study)?.into());
         }
-        let names = self.names();
-        let found = names.iter().position(|stage| *stage == name);
-        let index = found.ok_or_else(|| UnknownName::stage(name, &names))?;
-        self.read(&plan.stages[index])?.ok_or_else(|| SessionError::NotComputed {
-            name: name.to_owned(),
-            manifest: self.session.manifest().to_owned(),
-        })
+        let stage = &plan.stages[name_lookup::stage(name, &self.names())?];
+        let rows = self.reading.open(stage)?;
+        let (finished, tasks) = (rows.tasks.len(), stage.tasks.len());
+        let manifest = self.session.manifest();
+        if (1..tasks).contains(&finished) {
+            let notice = Notice::Incomplete { stage: name, finished, tasks, manifest };
+            self.session.notify(Event::Notice(notice));
+        }
+        let (name, manifest) = (name.to_owned(), manifest.to_owned());
+        rows.table.ok_or(SessionError::NotComputed { name, manifest })
     }
 
     /// Runs an SQL query in which every stage and `failures` are tables. Also returns the units of
@@ -118,21 +115,6 @@ impl<'a> Tables<'a> {
     pub(crate) fn names(&self) -> Vec<&str> {
         let stages = self.reading.plan.stages.iter();
         stages.map(|stage| stage.name.as_str()).collect()
-    }
-
-    /// Opens the table of a stage; `None` if the stage has no results.
-    fn read(&self, stage: &PlannedStage) -> Result<Option<TableSource>, SessionError> {
-        let rows = self.reading.open(stage)?;
-        let (finished, tasks) = (rows.tasks.len(), stage.tasks.len());
-        if (1..tasks).contains(&finished) {
-            self.session.notify(Event::Notice(Notice::Incomplete {
-                stage: &stage.name,
-                finished,
-                tasks,
-                manifest: self.session.manifest(),
-            }));
-        }
-        Ok(rows.table)
     }
 }
 
@@ -182,9 +164,7 @@ impl DescribedColumns {
             .collect();
         if let Some(wanted) = wanted {
             let names: Vec<&str> = study.stages.iter().map(|stage| &*stage.name).collect();
-            let found = names.iter().position(|name| *name == wanted);
-            let index = found.ok_or_else(|| UnknownName::stage(wanted, &names))?;
-            described = vec![described.swap_remove(index)];
+            described = vec![described.swap_remove(name_lookup::stage(wanted, &names)?)];
         }
         Ok(described)
     }
@@ -241,42 +221,33 @@ pub(super) fn write_report(
     Ok(asperity_report::write(&subject, options.bars, &folder)?)
 }
 
-/// Parquet file of asperity, with its table and provenance.
-#[derive(Debug)]
-pub(crate) struct TableFile {
-    pub(crate) path: PathBuf,
-    pub(crate) table: Table,
-    pub(crate) metadata: Metadata,
-}
-
-impl TableFile {
-    /// Reads a file by its path, or the table of a finished task by the first digits of its key.
-    /// The observer receives a notice about each listed store that cannot be used.
-    ///
-    /// # Errors
-    /// Returns an error if no file and no task matches, if several tasks match, or if the file is
-    /// damaged.
-    pub(crate) fn read(
-        what: &Path,
-        data: &DataFolder,
-        observer: &dyn Observer,
-    ) -> Result<TableFile, SessionError> {
-        let path = if what.is_file() {
-            if !begins_with(what, b"PAR1") {
-                let message = format!("`{}` is not a Parquet file", what.display());
-                return Err(SessionError::refused(message));
-            }
-            what.to_owned()
-        } else {
-            let store = open_read_only(data, observer)?;
-            let key = name_lookup::finished(&what.to_string_lossy(), &store, data)?;
-            // Rows of a series may be in several files, of which the first is shown.
-            let mut files = store.files_of(key)?;
-            files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
-            let whole = FileName { key, rows: None };
-            store.locate(files.first().unwrap_or(&whole))
-        };
-        let (table, metadata) = read_whole(&path, Columns::All)?;
-        Ok(TableFile { path, table, metadata })
-    }
+/// Reads a Parquet file of asperity by its path, or the table of a finished task by the first digits
+/// of its key. Returns the path of the file with the table and the provenance. The observer receives
+/// a notice about each listed store that cannot be used.
+///
+/// # Errors
+/// Returns an error if no file and no task matches, if several tasks match, or if the file is
+/// damaged.
+pub(crate) fn read_file(
+    what: &Path,
+    data: &DataFolder,
+    observer: &dyn Observer,
+) -> Result<(PathBuf, Table, Metadata), SessionError> {
+    let path = if what.is_file() {
+        if !begins_with(what, b"PAR1") {
+            let message = format!("`{}` is not a Parquet file", what.display());
+            return Err(SessionError::refused(message));
+        }
+        what.to_owned()
+    } else {
+        let store = open_read_only(data, observer)?;
+        let key = name_lookup::finished(&what.to_string_lossy(), &store, data)?;
+        // Rows of a series may be in several files, of which the first is shown.
+        let mut files = store.files_of(key)?;
+        files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
+        let whole = FileName { key, rows: None };
+        store.locate(files.first().unwrap_or(&whole))
+    };
+    let (table, metadata) = read_whole(&path, Columns::All)?;
+    Ok((path, table, metadata))
 }

@@ -101,15 +101,13 @@ impl Selection {
 #[derive(Debug)]
 pub struct PreparedRun<'a> {
     session: &'a Session<'a>,
-    selection: Selection,
+    options: RunOptions,
     sampled: SampledStudy,
     /// Indices of tasks that are not in the store, ascending.
     missing: Vec<usize>,
     store: Store,
     jobs: NonZeroUsize,
     memory: MemoryLimit,
-    job: Option<String>,
-    checkpoint_every: Duration,
 }
 
 /// Result of a run, including failures.
@@ -216,17 +214,8 @@ impl<'a> PreparedRun<'a> {
         let jobs = options.jobs.unwrap_or_else(available_cores);
         let memory = MemoryLimit::new(options.memory, jobs.get());
         memory.fits(&sampled.plan, &wanted)?;
-        Ok(PreparedRun {
-            session,
-            selection: options.selection.clone(),
-            sampled,
-            missing,
-            store,
-            jobs,
-            memory,
-            job: options.job.clone(),
-            checkpoint_every: options.checkpoint_every.unwrap_or(CHECKPOINT_EVERY),
-        })
+        let own = options.clone();
+        Ok(PreparedRun { session, options: own, sampled, missing, store, jobs, memory })
     }
 
     /// Computes tasks and writes tables until all tasks are finished or `stop` is set.
@@ -237,16 +226,16 @@ impl<'a> PreparedRun<'a> {
     /// Returns an error if data cannot be read or written. The failure of a task is not an error
     /// but a row of the table of failures.
     pub fn execute(mut self, stop: &AtomicBool) -> Result<RunReport, SessionError> {
-        if let Selection::Shard(shard) = self.selection {
+        if let Selection::Shard(shard) = self.options.selection {
             return self.execute_shard(shard, stop);
         }
         self.save_record();
-        let settled = match self.selection {
+        let settled = match self.options.selection {
             Selection::Missing => self.sample_adaptively(stop)?,
             _ => RunOutcome::default(),
         };
         let missing = self.missing.clone();
-        let wanted = self.selection.tasks(self.plan(), &missing, &self.store)?;
+        let wanted = self.options.selection.tasks(self.plan(), &missing, &self.store)?;
         let mut outcome = self.compute(&wanted, stop)?;
         // Tasks computed during adaptive sampling were missing and wanted, too.
         let computed = indices(self.plan(), settled.computed.iter());
@@ -257,7 +246,11 @@ impl<'a> PreparedRun<'a> {
             if outcome.halted { Ok(None) } else { self.publish(&mut outcome, stop).map(Some) };
         let failed = self.report_failures(&outcome)?;
         let tables = published?;
-        self.report_edited_files(tables.as_deref().unwrap_or_default());
+        for PublishedTable { path, quarantined, .. } in tables.iter().flatten() {
+            if let Some(quarantined) = quarantined {
+                self.notice(Notice::Edited { path, quarantined });
+            }
+        }
         let found = self.warnings(tables.as_deref().unwrap_or_default())?;
         let failures = match &tables {
             Some(tables) => {
@@ -327,7 +320,7 @@ impl<'a> PreparedRun<'a> {
     }
 
     fn compute(&self, wanted: &[usize], stop: &AtomicBool) -> Result<RunOutcome, SessionError> {
-        self.compute_observed(wanted, stop, &Relay(self.session.observer))
+        self.compute_observed(wanted, stop, &self.session.observer)
     }
 
     fn compute_observed(
@@ -376,7 +369,7 @@ impl<'a> PreparedRun<'a> {
         Resources {
             cores: memory::threads(plan, wanted, room, self.jobs),
             room,
-            store_rows_every: self.checkpoint_every,
+            store_rows_every: self.options.checkpoint_every.unwrap_or(CHECKPOINT_EVERY),
         }
     }
 
@@ -434,15 +427,6 @@ impl<'a> PreparedRun<'a> {
         Ok(failed)
     }
 
-    /// Sends a notice for each edited table of a stage.
-    fn report_edited_files(&self, tables: &[PublishedTable]) {
-        for PublishedTable { path, quarantined, .. } in tables {
-            if let Some(quarantined) = quarantined {
-                self.notice(Notice::Edited { path, quarantined });
-            }
-        }
-    }
-
     /// Saves a record of the study, so that the next plan can explain changes since this run.
     ///
     /// A failure gives a notice only, because no result depends on the record.
@@ -457,20 +441,17 @@ impl<'a> PreparedRun<'a> {
     }
 }
 
-/// Adapter that forwards the events of tasks to the observer of a session.
-struct Relay<'a>(&'a dyn Observer);
-
-impl runner::TaskObserver for Relay<'_> {
+impl runner::TaskObserver for &dyn Observer {
     fn started(&self, task: usize) {
-        self.0.on_event(Event::Started(task));
+        self.on_event(Event::Started(task));
     }
 
     fn advanced(&self, task: usize, share: f64) {
-        self.0.on_event(Event::Advanced(task, share));
+        self.on_event(Event::Advanced(task, share));
     }
 
     fn finished(&self, task: usize, _: Duration) {
-        self.0.on_event(Event::Finished(task));
+        self.on_event(Event::Finished(task));
     }
 }
 

@@ -170,15 +170,6 @@ impl Reason<'_> {
     }
 }
 
-/// Distribution of cores over tasks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct CoreDistribution {
-    /// Maximum number of parallel tasks.
-    pub(crate) at_once: usize,
-    /// Maximum number of cores per task.
-    pub(crate) each: usize,
-}
-
 impl Status {
     /// Compares the plan with the store and the record of the last run.
     pub(super) fn new(sampled: SampledStudy, store: &Store, record: Option<&Record>) -> Status {
@@ -234,8 +225,9 @@ impl Status {
         self.cost.seconds_of(&self.plan, &self.missing)
     }
 
-    /// Returns how a run would distribute the given number of cores.
-    pub(crate) fn core_distribution(&self, cores: usize) -> CoreDistribution {
+    /// Returns how a run would distribute the given number of cores: the largest number of parallel
+    /// tasks, and that of cores per task.
+    pub(crate) fn core_distribution(&self, cores: usize) -> (usize, usize) {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
         let missing = self.missing.iter().map(|&task| &self.plan.tasks[task]);
@@ -247,7 +239,7 @@ impl Status {
             Threads::useful_for(task.nodes[0] * task.nodes[1]).max(rows)
         });
         let each = useful.max().unwrap_or(1);
-        CoreDistribution { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
+        (at_once.unwrap_or(0).clamp(1, cores), each.min(cores))
     }
 
     /// Returns the minimum memory of a run: the program plus the largest missing task.
@@ -329,10 +321,9 @@ impl Session<'_> {
     /// Returns the same errors as [`Session::status`], and an error if Slurm is installed but does
     /// not answer.
     pub(crate) fn progress(&self) -> Result<Progress, SessionError> {
-        let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let store = self.open_read_only()?;
-        let missing = runner::missing(plan, &store);
-        let sources = Sources::new(plan, &missing, &store);
+        let (SampledStudy { study, plan, .. }, store) = &self.sampled()?;
+        let missing = runner::missing(plan, store);
+        let sources = Sources::new(plan, &missing, store);
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
@@ -362,7 +353,7 @@ impl Session<'_> {
             }
         });
         let cores: usize = at_work.iter().map(|receipt| receipt.threads).sum();
-        let remaining = Remaining::new(plan, &missing, &store);
+        let remaining = Remaining::new(plan, &missing, store);
         let cost = measured(&self.all_receipts()?).for_remaining(remaining);
         let core_hours_left = cost.seconds_of(plan, &missing) / 3600.0;
         let seconds = own.iter().fold(0.0, |sum, receipt| sum + receipt.seconds);
@@ -420,14 +411,11 @@ impl Queue {
 /// Returns the receipts of processes that may be running. Of an array element, only the latest
 /// receipt counts, and only if `queue` (where it is known) lists the element as running.
 fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Receipt> {
-    let runs = |name: &String| {
-        queue.is_none_or(|queue| {
-            let running = queue.iter().filter(|queued| queued.is_running());
-            let mut names =
-                running.filter_map(|queued| Some(job_name(queued.array, queued.element?)));
-            names.any(|running| running == *name)
-        })
-    };
+    let listed = queue.map(|queue| -> HashSet<String> {
+        let running = queue.iter().filter(|queued| queued.is_running());
+        running.filter_map(|queued| Some(job_name(queued.array, queued.element?))).collect()
+    });
+    let runs = |name: &String| listed.as_ref().is_none_or(|listed| listed.contains(name));
     let mut latest: HashMap<&str, u64> = HashMap::new();
     for receipt in receipts {
         if let Some(job) = &receipt.job {
@@ -444,7 +432,10 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
     running.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
 }
 
-/// Serializes a number of seconds as hours.
-pub(super) fn in_hours<S: Serializer>(seconds: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_f64(seconds / 3600.0)
+/// Serializes a number of seconds, which may be unknown, as hours.
+pub(super) fn in_hours<S: Serializer>(
+    seconds: &(impl Into<Option<f64>> + Copy),
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    (*seconds).into().map(|seconds| seconds / 3600.0).serialize(serializer)
 }

@@ -12,7 +12,7 @@ use super::{
 };
 use asperity_pipeline::cluster::receipts::Receipt;
 use asperity_pipeline::cluster::slurm::Queued;
-use asperity_pipeline::cluster::submission::{ScriptOptions, ScriptPaths, job_name};
+use asperity_pipeline::cluster::submission::{ScriptPaths, Scripts, job_name};
 use asperity_pipeline::cluster::{receipts, sizing, slurm};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::memory::MemoryLimit;
@@ -24,24 +24,11 @@ use asperity_tables::store::files::{make_folder, write_whole};
 pub(crate) use asperity_pipeline::cluster::settings::Settings;
 pub(crate) use asperity_pipeline::cluster::sizing::{Sizing, ranges};
 pub(crate) use asperity_pipeline::cluster::slurm::Job;
-pub(crate) use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
+pub(crate) use asperity_pipeline::cluster::submission::{Round, ScriptOptions, Submission};
 pub(crate) use asperity_pipeline::settings_file::SettingsFile;
 
 /// Default of the maximum number of resubmissions.
 const DEFAULT_ROUNDS: u32 = 3;
-
-/// Options of a submission to a cluster.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct SubmitOptions {
-    /// Settings of the cluster and of the array elements.
-    pub(crate) settings: Settings,
-    /// Program that the elements run: an absolute path, or a name that is searched in `PATH`.
-    pub(crate) program: PathBuf,
-    /// Let the last job write the HTML report.
-    pub(crate) report: bool,
-    /// Overwrite the results of another manifest with the same study name.
-    pub(crate) replace: bool,
-}
 
 /// Scripts and expected cost of a submission.
 #[derive(Debug)]
@@ -49,7 +36,7 @@ pub(crate) struct PlannedSubmission {
     pub(crate) study: String,
     /// Array elements with their expected times.
     pub(crate) sizing: Sizing,
-    pub(crate) scripts: Scripts,
+    scripts: Scripts,
     /// Processors whose receipts give the speed; empty if the speed was measured on this machine.
     pub(crate) processors: Vec<String>,
     /// Number of tasks that are not in the store.
@@ -59,6 +46,15 @@ pub(crate) struct PlannedSubmission {
     settings: Settings,
 }
 
+impl PlannedSubmission {
+    /// Returns the paths of the two scripts and their texts.
+    pub(crate) fn scripts(&self) -> [(PathBuf, &str); 2] {
+        let Scripts { element, finish } = &self.scripts;
+        let folder = &self.folder;
+        [(Submission::element_script(folder), element), (Submission::finish_script(folder), finish)]
+    }
+}
+
 impl Session<'_> {
     /// Creates the scripts and estimates the cost, without writing or submitting anything.
     ///
@@ -66,22 +62,23 @@ impl Session<'_> {
     /// Returns the same errors as [`Session::prepare`].
     pub(crate) fn plan_submission(
         &self,
-        options: &SubmitOptions,
+        program: PathBuf,
+        settings: Settings,
+        options: ScriptOptions,
     ) -> Result<PlannedSubmission, SessionError> {
-        let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let store = self.open_read_only()?;
+        let (SampledStudy { study, plan, .. }, store) = &self.sampled()?;
         if !options.replace {
             owner::check(&self.manifest, study, plan, &self.data.results_of(&study.name))?;
         }
-        let missing = runner::missing(plan, &store);
+        let missing = runner::missing(plan, store);
         let receipts = self.all_receipts()?;
         let cost = measured(&receipts);
         let largest_array = slurm::largest_array();
-        let sizing = Sizing::new(plan, &missing, &cost, &options.settings, largest_array);
+        let sizing = Sizing::new(plan, &missing, &cost, &settings, largest_array);
         MemoryLimit::new(Some(sizing.memory), sizing.cores as usize).fits(plan, &missing)?;
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let paths = ScriptPaths {
-            program: options.program.clone(),
+            program,
             data: absolute(self.data.path()),
             manifest: absolute(&self.manifest),
             folder: absolute(&self.data.cluster_of(&study.name)),
@@ -89,19 +86,14 @@ impl Session<'_> {
         let measured = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
         let processors: BTreeSet<&str> =
             measured.map(|receipt| receipt.processor.as_str()).collect();
-        let extras = ScriptOptions {
-            report: options.report,
-            replace: options.replace,
-            settings: self.settings.clone(),
-        };
         Ok(PlannedSubmission {
             study: study.name.clone(),
-            scripts: Scripts::new(&study.name, &sizing, &options.settings, &paths, extras)?,
+            scripts: Scripts::new(&study.name, &sizing, &settings, &paths, options)?,
             sizing,
             processors: processors.into_iter().map(str::to_owned).collect(),
             missing: missing.len(),
             folder: paths.folder,
-            settings: options.settings.clone(),
+            settings,
         })
     }
 
@@ -111,7 +103,7 @@ impl Session<'_> {
     /// Returns an error if jobs of the study are already in the queue, Slurm is not installed or
     /// rejects the jobs, or the folder cannot be written.
     pub(crate) fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
-        let PlannedSubmission { study, sizing, scripts, folder, settings, .. } = planned;
+        let PlannedSubmission { study, sizing, folder, settings, .. } = planned;
         if let Some(queued) = queued(study)?.first() {
             return Err(SessionError::InQueue {
                 study: study.clone(),
@@ -128,10 +120,7 @@ impl Session<'_> {
             core_hours: sizing.core_hours + sizing.core_hours_after,
             submitted: Vec::new(),
         };
-        for (path, text) in [
-            (Submission::element_script(folder), &scripts.element),
-            (Submission::finish_script(folder), &scripts.finish),
-        ] {
+        for (path, text) in planned.scripts() {
             write_whole(&path, text.as_bytes(), folder)?;
         }
         let elements = sizing.hours.keys().copied().collect();
@@ -178,26 +167,6 @@ impl Session<'_> {
 /// Maximum expected time, in hours, of a remainder that the last job computes itself.
 const SMALL_REMAINDER: f64 = 1.0 / 12.0;
 
-/// Options of the last job.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct FinishOptions {
-    /// Number of times that tasks have been resubmitted before.
-    pub(crate) round: u32,
-    /// Options of the runs of the last job.
-    pub(crate) run: RunOptions,
-    /// Write the HTML report at the end.
-    pub(crate) report: bool,
-}
-
-/// Result of the last job.
-#[derive(Debug)]
-pub(crate) struct Finished {
-    /// Array elements of the previous round without a receipt: they never started, or their nodes
-    /// cannot access the program or the data.
-    pub(crate) silent: Vec<u32>,
-    pub(crate) outcome: FinishOutcome,
-}
-
 /// Outcome of the last job.
 #[derive(Debug)]
 pub(crate) enum FinishOutcome {
@@ -211,16 +180,21 @@ impl Session<'_> {
     /// Completes a submitted study after its array has ended.
     ///
     /// Runs small remainders locally, resubmits large ones, and finally writes the tables and, if
-    /// requested, the HTML report. Surfaces of adaptive stages are added in rounds, too.
+    /// requested, the HTML report. Surfaces of adaptive stages are added in rounds, too. Tasks have
+    /// been resubmitted `earlier_rounds` times before. Also returns the array elements of the
+    /// previous round without a receipt: they never started, or their nodes cannot access the
+    /// program or the data.
     ///
     /// # Errors
     /// Returns an error if the study has not been submitted or Slurm rejects a resubmission. Also
     /// returns the errors of [`Session::run`].
     pub(crate) fn finish(
         &self,
-        options: &FinishOptions,
+        earlier_rounds: u32,
+        options: &RunOptions,
+        with_report: bool,
         stop: &AtomicBool,
-    ) -> Result<Finished, SessionError> {
+    ) -> Result<(FinishOutcome, Vec<u32>), SessionError> {
         let study = self.study()?.name;
         let folder = self.data.cluster_of(&study);
         let mut submission = Submission::read(&folder)?.ok_or_else(|| {
@@ -232,40 +206,34 @@ impl Session<'_> {
             if elements.is_empty() {
                 break;
             }
-            let jobs = options.run.jobs.map_or(1, NonZeroUsize::get) as f64;
+            let jobs = options.jobs.map_or(1, NonZeroUsize::get) as f64;
             if seconds / 3600.0 / jobs > SMALL_REMAINDER.min(submission.per_element) {
-                if options.round >= submission.rounds {
+                if earlier_rounds >= submission.rounds {
                     break;
                 }
-                let round = submit_round(&folder, elements, options.round + 1)?;
+                let round = submit_round(&folder, elements, earlier_rounds + 1)?;
                 submission.submitted.push(round.clone());
                 submission.write(&folder)?;
-                let outcome = FinishOutcome::SubmittedAgain(round);
-                return Ok(Finished { silent, outcome });
+                return Ok((FinishOutcome::SubmittedAgain(round), silent));
             }
             // The next turn of the loop includes surfaces that adaptive sampling adds now.
             let all_surfaces =
-                RunOptions { selection: Selection::Shard(Shard::WHOLE), ..options.run.clone() };
+                RunOptions { selection: Selection::Shard(Shard::WHOLE), ..options.clone() };
             if self.run(&all_surfaces, stop)?.outcome.computed.is_empty() {
                 break;
             }
         }
-        let report = self.run(&options.run, stop)?;
+        let report = self.run(options, stop)?;
         let is_whole = !report.outcome.interrupted && !report.outcome.halted;
-        let page = if options.report && is_whole {
-            Some(self.report(&ReportOptions::default())?)
-        } else {
-            None
-        };
-        let outcome = FinishOutcome::Done(Box::new(report), page);
-        Ok(Finished { silent, outcome })
+        let page = (with_report && is_whole).then(|| self.report(&ReportOptions::default()));
+        Ok((FinishOutcome::Done(Box::new(report), page.transpose()?), silent))
     }
 
     /// Returns the array elements with missing tasks that have not failed, if the surfaces are
     /// split into `elements` parts. Also returns the expected core-seconds of these tasks.
     fn remainder(&self, elements: u32) -> Result<(Vec<u32>, f64), SessionError> {
-        let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.open_read_only()?);
+        let (SampledStudy { study, plan, .. }, store) = &self.sampled()?;
+        let missing = runner::missing(plan, store);
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let untried = without_failed(plan, &missing, &own);
         let cost = measured(&self.all_receipts()?);

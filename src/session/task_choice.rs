@@ -19,9 +19,9 @@ use asperity_stages::columns::{
 use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::surface::labels::PATH;
 use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
-use asperity_tables::column::Role;
+use asperity_tables::column::{Role, Value};
 use asperity_tables::key::TaskKey;
-use asperity_tables::table::{Table, TableError};
+use asperity_tables::table::Table;
 
 /// Relative tolerance between a typed number and a column, because tables show rounded numbers.
 const ROUNDING: f64 = 1e-3;
@@ -46,41 +46,9 @@ impl Coordinate {
 #[error("expected COLUMN=VALUE, such as `k_upper=32`")]
 pub struct InvalidCoordinate;
 
-/// Task that was chosen, with its rows.
-#[derive(Debug)]
-pub(crate) struct ChosenTask {
-    pub(crate) key: TaskKey,
-    pub(crate) rows: ChosenRows,
-}
-
-/// Rows of a task that the study has and that the coordinates select.
-#[derive(Debug, PartialEq)]
-pub(crate) enum ChosenRows {
-    /// All rows. The rows have no load.
-    All,
-    /// The rows with these loads, in the unit of the study.
-    Loads(Vec<f64>),
-    /// The states of a path with these numbers.
-    Steps(Vec<i64>),
-}
-
-impl ChosenRows {
-    /// Returns the rows of a table of the task that were chosen.
-    pub(crate) fn of_table(&self, table: &Table) -> Result<Vec<usize>, TableError> {
-        let rows = 0..table.rows();
-        Ok(match self {
-            ChosenRows::All => rows.collect(),
-            ChosenRows::Loads(loads) => {
-                let all = table.reals(load_column(table))?;
-                rows.filter(|&row| loads.contains(&all.value(row))).collect()
-            }
-            ChosenRows::Steps(steps) => {
-                let all = table.integers(STEP.name)?;
-                rows.filter(|&row| steps.contains(&all.value(row))).collect()
-            }
-        })
-    }
-}
+/// Column that distinguishes the rows of a task, and its values in the chosen rows: the numbers of
+/// the states of a path, or the loads in the unit of the study. `None` if the rows have no load.
+pub(crate) type ChosenRows = Option<(&'static str, BTreeSet<Value>)>;
 
 /// Load that a user chooses: a number in the unit of the study, or a mean pressure or a force with
 /// a unit. A state of a path with prescribed mean gaps is chosen by its mean gap.
@@ -162,43 +130,35 @@ impl ChosenLoad {
     /// Returns the column and the number of the load in the unit of the table.
     fn in_table(self, table: &Table) -> Result<(&'static str, f64), SessionError> {
         let given = load_column(table);
-        let length = prescribed_length(given);
         match self.quantity {
-            ChosenQuantity::Load if length.is_some() => {
-                return Err(SessionError::refused(format!(
-                    "the manifest prescribes {}s; use `--gap`",
-                    length.unwrap_or_default()
-                )));
+            ChosenQuantity::Load if let Some(length) = prescribed_length(given) => {
+                let message = format!("the manifest prescribes {length}s; use `--gap`");
+                return Err(SessionError::refused(message));
             }
-            ChosenQuantity::MeanGap if length.is_none() => {
+            ChosenQuantity::MeanGap if prescribed_length(given).is_none() => {
                 return Err(SessionError::refused("the manifest prescribes loads; use `--load`"));
             }
             _ => {}
         }
-        let Some(unit) = self.unit else {
-            return Ok(match self.quantity {
-                ChosenQuantity::Column(name) => (name, self.number),
-                _ => (given, self.number),
-            });
+        let own = match self.quantity {
+            ChosenQuantity::Column(name) => name,
+            _ => given,
         };
-        let (column, symbol) = match unit.dimension {
-            Dimension::Length => match self.quantity {
-                ChosenQuantity::Column(name) => (name, length_unit(table)),
-                _ => (given, length_unit(table)),
-            },
-            Dimension::Force if table.has(FORCE.name) => (FORCE.name, Some("N".to_owned())),
+        let Some(unit) = self.unit else { return Ok((own, self.number)) };
+        let column = match unit.dimension {
+            Dimension::Length => own,
+            Dimension::Force if table.has(FORCE.name) => FORCE.name,
             Dimension::Force => {
-                return Err(SessionError::refused(
-                    "the manifest gives no forces; choose a load by its pressure",
-                ));
+                let message = "the manifest gives no forces; choose a load by its pressure";
+                return Err(SessionError::refused(message));
             }
-            _ => (PRESSURE.name, pressure_unit(table)),
+            _ => PRESSURE.name,
         };
-        let own = symbol.as_deref().and_then(Unit::find).ok_or_else(|| {
+        let shown = unit_of(table, column).as_deref().and_then(Unit::find).ok_or_else(|| {
             let dimension = unit.dimension;
             SessionError::refused(format!("the study has no unit of {dimension}; omit the unit"))
         })?;
-        Ok((column, self.number * unit.factor_to(own)))
+        Ok((column, self.number * unit.factor_to(shown)))
     }
 }
 
@@ -237,22 +197,23 @@ pub(crate) fn rows_under(
         rows.iter().map(|&row| loads.value(row)).partition(|other| *other < load);
     let lower = below.into_iter().max_by(f64::total_cmp);
     let higher = above.into_iter().min_by(f64::total_cmp);
-    let unit = match column {
-        _ if column == PRESSURE.name => pressure_unit(table),
-        _ if prescribed_length(column).is_some() => length_unit(table),
-        _ if column == FORCE.name => Some("N".to_owned()),
-        _ => None,
-    };
-    let text = |load: f64| match &unit {
-        Some(unit) => format!("{} {unit}", short(load)),
-        None => short(load),
-    };
+    let suffix = unit_of(table, column).map(|unit| format!(" {unit}")).unwrap_or_default();
+    let text = |load: f64| short(load) + &suffix;
     let nearest: Vec<String> = lower.into_iter().chain(higher).map(text).collect();
     let verb = if nearest.len() == 1 { "is" } else { "are" };
     let (load, nearest) = (text(load), nearest.join(" and "));
     Err(SessionError::refused(format!(
         "no row has `{column}` = {load}; the nearest {verb} {nearest}"
     )))
+}
+
+/// Returns the unit of a column of loads; `None` for reduced loads and if it is unknown.
+fn unit_of(table: &Table, column: &str) -> Option<String> {
+    match column {
+        _ if column == PRESSURE.name => pressure_unit(table),
+        _ if prescribed_length(column).is_some() => length_unit(table),
+        _ => (column == FORCE.name).then(|| "N".to_owned()),
+    }
 }
 
 /// Returns the only element of `rows`, which have the same load. The rows of a task without a path
@@ -284,28 +245,33 @@ impl FromStr for Coordinate {
     }
 }
 
-/// Returns the only task of `stage` that matches all `coordinates` and the load.
+/// Returns the only task of `stage` that matches all `coordinates` and the load, and its rows that
+/// match the coordinates.
 pub(crate) fn chosen_task(
     stage: &str,
     coordinates: &[Coordinate],
     load: Option<ChosenLoad>,
     table: &Table,
-) -> Result<ChosenTask, SessionError> {
-    let mut rows: Vec<usize> = (0..table.rows()).collect();
+) -> Result<(TaskKey, ChosenRows), SessionError> {
+    let mut selected: Vec<usize> = (0..table.rows()).collect();
     for coordinate in coordinates {
-        rows = coordinate.filter(table, &rows)?;
+        selected = coordinate.filter(table, &selected)?;
     }
-    let selected = rows.clone();
-    if let Some(load) = load.filter(|_| table.has(LOAD.name)) {
-        rows = rows_under(table, &rows, load)?;
-    }
+    let rows = match load.filter(|_| table.has(LOAD.name)) {
+        Some(load) => rows_under(table, &selected, load)?,
+        None => selected.clone(),
+    };
     let keys = table.texts("task")?;
     let tasks: BTreeSet<&str> = rows.iter().map(|&row| keys.value(row)).collect();
     if tasks.len() == 1 {
         let word: String = tasks.into_iter().collect();
-        let rows = rows_of_task(table, &selected, &word)?;
-        let key = word.parse().map_err(|_| TaskNameError::InvalidKey { word })?;
-        return Ok(ChosenTask { key, rows });
+        let own = selected.into_iter().filter(|&row| keys.value(row) == word);
+        let column = if table.has(STEP.name) { STEP.name } else { load_column(table) };
+        let values = table.batch().column_by_name(column);
+        let chosen = values.map(|values| {
+            (column, own.filter_map(|row| Value::from_array(values.as_ref(), row)).collect())
+        });
+        return Ok((word.parse().map_err(|_| TaskNameError::InvalidKey { word })?, chosen));
     }
     let mut columns = table.coordinates();
     if table.has(PATH.name) {
@@ -331,22 +297,6 @@ pub(crate) fn chosen_task(
     let differing: String = choices.collect();
     let tasks = counted(tasks.len(), "task");
     Err(SessionError::refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
-}
-
-/// Returns the elements of `selected` that are rows of a task.
-fn rows_of_task(table: &Table, selected: &[usize], task: &str) -> Result<ChosenRows, SessionError> {
-    let tasks = table.texts("task")?;
-    let own = selected.iter().copied().filter(|&row| tasks.value(row) == task);
-    if table.has(STEP.name) {
-        let steps = table.integers(STEP.name)?;
-        return Ok(ChosenRows::Steps(own.map(|row| steps.value(row)).collect()));
-    }
-    if !table.has(LOAD.name) {
-        return Ok(ChosenRows::All);
-    }
-    let loads = table.reals(load_column(table))?;
-    let rows = own.filter(|&row| loads.is_valid(row));
-    Ok(ChosenRows::Loads(rows.map(|row| loads.value(row)).collect()))
 }
 
 impl Coordinate {

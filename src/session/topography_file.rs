@@ -160,11 +160,11 @@ impl DescribedChannel {
                  `missing`"
             )
         }));
-        notes.extend(
-            channel
-                .unknown_side_unit()
-                .map(|unit| format!("the sides are in `{unit}`, which is no known unit of length")),
-        );
+        let unknown = channel.unknown_side_unit();
+        notes
+            .extend(unknown.map(|unit| {
+                format!("the sides are in `{unit}`, which is no known unit of length")
+            }));
         if channel.is_profile() {
             let step = map.steps().map_or_else(String::new, |[step, _]| {
                 let unit = channel.unit().map_or_else(String::new, |unit| format!(" {unit}"));
@@ -196,10 +196,8 @@ impl DescribedChannel {
     /// Returns the warnings of a study with this map, if its heights and sides are in metres.
     fn warnings(&self, path: &Path) -> Vec<String> {
         let grid = self.size.and_then(|size| Grid::new(self.nodes, Cell::new(size).ok()?).ok());
-        let (Some(grid), Some(rms_slope), Some(unit)) = (grid, self.rms_slope, self.size_unit)
-        else {
-            return vec![];
-        };
+        let known = (grid, self.rms_slope, self.size_unit);
+        let (Some(grid), Some(rms_slope), Some(unit)) = known else { return vec![] };
         let height_span = self.highest.unwrap_or_default() - self.lowest.unwrap_or_default();
         let map = EnteredMap { grid, unit, rms_slope, height_span, has_given_sides: false };
         map.warnings(&format!("`{}`", path.display()))

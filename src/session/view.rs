@@ -1,6 +1,6 @@
 //! Pictures of the maps of one task: plain, and animated over the loads or the states of a path.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
@@ -26,19 +26,31 @@ const KEY_DIGITS: usize = 8;
 /// Largest number of pixels of a map along one side in an animation.
 const MAX_ANIMATED_PIXELS: usize = 1024;
 
-/// Options of [`Session::view`] and [`Picture::draw`].
-#[derive(Debug, Clone, Copy, Default)]
+/// Choice of what a picture shows.
+#[derive(Debug, Clone, Copy, clap::Args)]
 pub(crate) struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
-    pub(crate) map: Option<MapKind>,
-    /// Load (default: contacts at all loads, other maps at the largest load or, along a path, at
-    /// the smallest mean gap).
-    pub(crate) load: Option<ChosenLoad>,
-    /// Draw one picture for each load, with the same colours.
+    #[arg(long, value_enum)]
+    map: Option<MapKind>,
+
+    /// Draw an animation with one picture for each load, or for each state along a path, all with
+    /// the same colours.
+    ///
+    /// Files that end in `.gif` or `.apng` are always animations.
+    #[arg(long, conflicts_with_all = ["load", "gap"])]
     pub(crate) animate: bool,
-    /// Time for each picture of an animation, in hundredths of a second (default: by the number of
-    /// pictures).
+
+    /// Time for each picture of an animation, in seconds (default: 0.08 to 0.8, by the number of
+    /// pictures, and 1.5 for the last one).
+    #[arg(long, value_name = "SECONDS", value_parser = hundredths)]
     pub(crate) frame_time: Option<u16>,
+}
+
+/// Parses a time in seconds as hundredths of a second, the unit of GIF files.
+fn hundredths(word: &str) -> Result<u16, String> {
+    let in_range = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
+    let seconds: f64 = in_range.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
+    Ok((100.0 * seconds).round() as u16)
 }
 
 /// Picture of a map with its description.
@@ -48,12 +60,12 @@ pub(crate) struct Picture {
     #[serde(skip)]
     panels: Vec<MapPanel>,
     #[serde(skip)]
-    frame_time: Option<u16>,
-    #[serde(skip)]
     is_path: bool,
     /// Branch of a path whose contacts are drawn in one map.
     #[serde(skip)]
     branch: Option<String>,
+    /// File to write.
+    pub(crate) file: PathBuf,
     /// Key of the requested task, which may differ from the task that contains the map.
     pub(crate) task: TaskKey,
     pub(crate) map: MapKind,
@@ -79,12 +91,11 @@ pub(crate) struct Picture {
 }
 
 /// Format of a file with a picture, which its suffix names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PictureFormat {
-    Still(StillFormat),
-    Animation(AnimationFormat),
-    /// PNG, or APNG for an animation.
-    Png,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PictureFormat {
+    name: &'static str,
+    still: Option<StillFormat>,
+    animation: Option<AnimationFormat>,
 }
 
 impl PictureFormat {
@@ -94,37 +105,26 @@ impl PictureFormat {
     /// Returns an error if no format has the suffix.
     pub(crate) fn from_path(path: &Path) -> Result<PictureFormat, SessionError> {
         let formats = [
-            ("png", PictureFormat::Png),
-            ("svg", PictureFormat::Still(StillFormat::Svg)),
-            ("pdf", PictureFormat::Still(StillFormat::Pdf)),
-            ("apng", PictureFormat::Animation(AnimationFormat::Apng)),
-            ("gif", PictureFormat::Animation(AnimationFormat::Gif)),
+            ("png", "PNG", Some(StillFormat::Png), Some(AnimationFormat::Apng)),
+            ("svg", "SVG", Some(StillFormat::Svg), None),
+            ("pdf", "PDF", Some(StillFormat::Pdf), None),
+            ("apng", "PNG", None, Some(AnimationFormat::Apng)),
+            ("gif", "GIF", None, Some(AnimationFormat::Gif)),
         ];
-        let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
-        match found {
-            Some((_, format)) => Ok(format),
-            None if is_stream(path) => Ok(PictureFormat::Png),
-            None => Err(SessionError::refused(format!(
+        let named = formats.into_iter().find(|(suffix, ..)| has_suffix(path, suffix));
+        let found = named.or(is_stream(path).then_some(formats[0]));
+        let (_, name, still, animation) = found.ok_or_else(|| {
+            SessionError::refused(format!(
                 "`{}` must end in `.png`, `.svg`, `.pdf`, or for animations `.gif`, `.apng`",
                 path.display()
-            ))),
-        }
+            ))
+        })?;
+        Ok(PictureFormat { name, still, animation })
     }
 
     /// Returns whether files of this format are animations, whatever the options are.
     pub(crate) fn is_animation(self) -> bool {
-        matches!(self, PictureFormat::Animation(_))
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            PictureFormat::Png
-            | PictureFormat::Still(StillFormat::Png)
-            | PictureFormat::Animation(AnimationFormat::Apng) => "PNG",
-            PictureFormat::Still(StillFormat::Svg) => "SVG",
-            PictureFormat::Still(StillFormat::Pdf) => "PDF",
-            PictureFormat::Animation(AnimationFormat::Gif) => "GIF",
-        }
+        self.still.is_none()
     }
 }
 
@@ -136,24 +136,17 @@ impl Picture {
     pub(crate) fn draw(
         maps: &mut TaskMaps,
         options: ViewOptions,
+        load: Option<ChosenLoad>,
         stop: &AtomicBool,
     ) -> Result<Picture, SessionError> {
-        let default = if maps.kinds().contains(&MapKind::Contact) {
-            MapKind::Contact
-        } else {
-            MapKind::Heights
-        };
+        let has_contact = maps.kinds().contains(&MapKind::Contact);
+        let default = if has_contact { MapKind::Contact } else { MapKind::Heights };
         let kind = options.map.unwrap_or(default);
-        let is_one_state = maps.rows().len() == 1;
-        let is_overlay = options.load.is_none() && !options.animate && !is_one_state;
+        let is_overlay = load.is_none() && !options.animate && maps.rows().len() != 1;
         if kind == MapKind::Contact && is_overlay {
             return Picture::of_all_contacts(maps);
         }
-        let shown = if options.animate {
-            animated(maps, kind, options.load, stop)?
-        } else {
-            vec![still_map(maps, kind, options.load, stop)?]
-        };
+        let shown = shown_maps(maps, kind, load, options.animate, stop)?;
         let scales = shown.iter().map(|map| map.node_values().scale());
         let scale = scales.reduce(Scale::covering).expect("there is a map");
         let mut picture = Picture::new(maps.task, kind, shown[0].grid);
@@ -164,7 +157,6 @@ impl Picture {
         if let [map] = shown.as_slice() {
             (picture.load, picture.state) = (map.load, map.state.clone());
         }
-        picture.frame_time = options.frame_time;
         picture.is_path = maps.is_path();
         picture.load_column = shown[0].load_column;
         picture.load_unit.clone_from(&shown[0].load_unit);
@@ -179,19 +171,14 @@ impl Picture {
 
     /// Draws the contacts at all loads in one map.
     fn of_all_contacts(maps: &TaskMaps) -> Result<Picture, SessionError> {
-        let Overlay { grid, contacts, loads, branch } = maps.overlay()?;
-        let load = maps.load_in_words();
+        let Overlay { grid, contacts, loads, load_name, branch, length_unit } = maps.overlay()?;
         let ticks: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
-        let (title, changes) = match &branch {
-            None => ("contact at all loads".to_owned(), "begins"),
-            Some(branch) => (
-                format!("contact along the {branch}"),
-                if branch.starts_with("separation") { "ends" } else { "begins" },
-            ),
-        };
-        let label = format!("{load} at which contact {changes}");
-        let unit = maps.length_unit();
-        let panel = contacts_panel(title, grid, &contacts, &ticks, label, unit.as_deref());
+        let along = |branch: &String| format!("contact along the {branch}");
+        let title = branch.as_ref().map_or("contact at all loads".to_owned(), along);
+        let is_separation = branch.as_ref().is_some_and(|name| name.starts_with("separation"));
+        let changes = if is_separation { "ends" } else { "begins" };
+        let label = format!("{load_name} at which contact {changes}");
+        let panel = contacts_panel(title, grid, &contacts, &ticks, label, length_unit.as_deref());
         let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
         picture.add(panel, grid);
         picture.branch = branch;
@@ -201,9 +188,9 @@ impl Picture {
     fn new(task: TaskKey, map: MapKind, grid: Grid) -> Picture {
         Picture {
             panels: Vec::new(),
-            frame_time: None,
             is_path: false,
             branch: None,
+            file: PathBuf::new(),
             task,
             map,
             nodes: PerAxis(grid.nodes()),
@@ -267,30 +254,25 @@ impl Picture {
     }
 
     /// Writes the picture with its title and bars in the format of the suffix; see
-    /// [`write_output`].
+    /// [`write_output`]. `frame_time` is that of [`ViewOptions`].
     ///
     /// # Errors
     /// Returns an error if no format has the suffix, if an animation cannot have the format, if the
     /// picture is too large, or if the file must not be overwritten or cannot be written.
-    pub(crate) fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
+    pub(crate) fn write(&self, frame_time: Option<u16>, replace: bool) -> Result<(), SessionError> {
+        let path = &self.file;
         let format = PictureFormat::from_path(path)?;
-        let bytes = match (format, self.panels.as_slice()) {
-            (PictureFormat::Animation(format), panels) => {
-                animation(&frames(panels)?, format, self.frame_time)
-            }
-            (PictureFormat::Png, [panel]) => still(panel, StillFormat::Png)?,
-            (PictureFormat::Png, panels) => {
-                animation(&frames(panels)?, AnimationFormat::Apng, self.frame_time)
-            }
-            (PictureFormat::Still(format), [panel]) => still(panel, format)?,
-            (PictureFormat::Still(_), _) => {
+        let bytes = match (format.still, format.animation, self.panels.as_slice()) {
+            (Some(format), _, [panel]) => still(panel, format)?,
+            (_, Some(format), panels) => animation(&frames(panels)?, format, frame_time),
+            _ => {
                 return Err(SessionError::refused(format!(
                     "`{}` cannot hold an animation; use `.gif`, `.apng` or `.png`",
                     path.display()
                 )));
             }
         };
-        write_output(path, &bytes, format.name(), replace)
+        write_output(path, &bytes, format.name, replace)
     }
 
     /// Writes the map alone, one pixel for each node, as a PNG file.
@@ -298,12 +280,12 @@ impl Picture {
     /// # Errors
     /// Returns an error if the suffix is not `.png`, for an animation, or if the file must not be
     /// overwritten or cannot be written.
-    pub(crate) fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
-        let (PictureFormat::Png, [panel]) = (PictureFormat::from_path(path)?, &self.panels[..])
-        else {
+    pub(crate) fn write_bare(&self, replace: bool) -> Result<(), SessionError> {
+        let format = PictureFormat::from_path(&self.file)?.still;
+        let (Some(StillFormat::Png), [panel]) = (format, &self.panels[..]) else {
             return Err(SessionError::refused("`--bare` writes a single PNG picture"));
         };
-        write_output(path, &panel.raster.to_png(), "PNG", replace)
+        write_output(&self.file, &panel.raster.to_png(), "PNG", replace)
     }
 
     /// Formats the load for file names: `0.1000`, or `1e8` in pascals.
@@ -313,65 +295,48 @@ impl Picture {
     }
 }
 
-/// Returns the map of a quantity under a load.
-fn still_map(
+/// Returns the map of a quantity under a load, or for an animation its maps at all loads or along a
+/// path. States without a gap are left out of an animation of gaps. In the contact map of a path,
+/// nodes with positive pressure have the value 2.
+fn shown_maps(
     maps: &mut TaskMaps,
     kind: MapKind,
     load: Option<ChosenLoad>,
-    stop: &AtomicBool,
-) -> Result<Map, SessionError> {
-    if kind == MapKind::Heights {
-        return maps.map(kind, load, stop);
-    }
-    let row = maps.row(kind, load)?;
-    if kind == MapKind::Gap && maps.is_apart(row)? {
-        return Err(SessionError::refused(
-            "the surfaces have pulled off; choose another state or another map",
-        ));
-    }
-    drawn_map(maps, kind, row, stop)
-}
-
-/// Returns the map of a quantity in a row. In the contact map of a path, nodes with positive
-/// pressure have the value 2.
-fn drawn_map(
-    maps: &mut TaskMaps,
-    kind: MapKind,
-    row: usize,
-    stop: &AtomicBool,
-) -> Result<Map, SessionError> {
-    let mut map = maps.map_of_row(kind, row, stop)?;
-    if kind == MapKind::Contact && maps.is_path() {
-        let repulsive = maps.map_of_row(MapKind::Repulsive, row, stop)?;
-        map.values.iter_mut().zip(repulsive.values).for_each(|(node, pushed)| *node += pushed);
-    }
-    Ok(map)
-}
-
-/// Returns the maps of a quantity at all loads, or along a path. States without a gap are left out
-/// of an animation of gaps.
-fn animated(
-    maps: &mut TaskMaps,
-    kind: MapKind,
-    load: Option<ChosenLoad>,
+    animate: bool,
     stop: &AtomicBool,
 ) -> Result<Vec<Map>, SessionError> {
-    if kind == MapKind::Heights || load.is_some() {
+    if animate && (kind == MapKind::Heights || load.is_some()) {
         return Err(SessionError::refused(
             "an animation shows all loads; omit `--load` and `--gap`, and choose no heights",
         ));
     }
+    if kind == MapKind::Heights {
+        return Ok(vec![maps.map(kind, load, stop)?]);
+    }
     let mut rows = Vec::new();
-    for row in maps.rows() {
+    for row in if animate { maps.rows() } else { Vec::new() } {
         if kind != MapKind::Gap || !maps.is_apart(row)? {
             rows.push(row);
         }
     }
     if rows.is_empty() {
-        // The error says what the task lacks.
-        return Ok(vec![still_map(maps, kind, None, stop)?]);
+        // Of an animation, the error says what the task lacks.
+        let row = maps.row(kind, load)?;
+        if kind == MapKind::Gap && maps.is_apart(row)? {
+            let message = "the surfaces have pulled off; choose another state or another map";
+            return Err(SessionError::refused(message));
+        }
+        rows.push(row);
     }
-    rows.into_iter().map(|row| drawn_map(maps, kind, row, stop)).collect()
+    let map = |row: usize| {
+        let mut map = maps.map_of_row(kind, row, stop)?;
+        if kind == MapKind::Contact && maps.is_path() {
+            let repulsive = maps.map_of_row(MapKind::Repulsive, row, stop)?;
+            map.values.iter_mut().zip(repulsive.values).for_each(|(node, pushed)| *node += pushed);
+        }
+        Ok(map)
+    };
+    rows.into_iter().map(map).collect()
 }
 
 /// Draws the pictures of an animation.

@@ -27,6 +27,27 @@ const CHUNK: usize = 1 << 18;
 /// Size in bytes from which a file needs ZIP64.
 const ZIP64_SIZE: u64 = u32::MAX as u64;
 
+/// File of an archive.
+#[derive(Debug)]
+pub(crate) struct ArchivedFile {
+    pub(crate) source: Source,
+    pub(crate) role: FileRole,
+    /// Short description of the contents.
+    pub(crate) about: String,
+}
+
+/// Role of a file in the study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FileRole {
+    /// File that defines the study.
+    Manifest,
+    /// Input file, such as a measured surface.
+    Input,
+    /// Table of results of a stage.
+    Table,
+    Other,
+}
+
 /// Source of the bytes of a file.
 #[derive(Debug)]
 pub(crate) enum Source {
@@ -167,26 +188,40 @@ impl ArchivePaths {
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<ArchivePaths, UnportablePath> {
-        let parsed = files.into_iter().map(|path| Ok((path, RelativePath::parse(path)?)));
-        let ways: Vec<(&PathBuf, RelativePath)> = parsed.collect::<Result<_, _>>()?;
-        let above = folders_of(manifest);
-        let highest = ways.iter().max_by_key(|(_, way)| way.up);
-        let height = highest.map_or(0, |(_, way)| way.up);
-        if let Some((path, way)) = highest
-            && way.up > above.len()
-        {
-            return Err(unportable(path, "it leaves the root of the file system"));
+        let folder = folders_of(manifest);
+        // Number of folders above the root of the archive.
+        let mut above = folder.len();
+        let mut files_below = BTreeMap::new();
+        for path in files {
+            let refused = |why| UnportablePath { path: path.clone(), why };
+            let (mut parts, mut has_descended) = (folder.clone(), false);
+            for part in path.components() {
+                match part {
+                    Component::CurDir => {}
+                    Component::ParentDir if has_descended => {
+                        return Err(refused("it contains `..` after a folder"));
+                    }
+                    Component::ParentDir => {
+                        let root = || refused("it leaves the root of the file system");
+                        parts.pop().ok_or_else(root)?;
+                        above = above.min(parts.len());
+                    }
+                    Component::Normal(name) => {
+                        parts.push(name.to_string_lossy().into_owned());
+                        has_descended = true;
+                    }
+                    Component::RootDir | Component::Prefix(_) => {
+                        return Err(refused("its path is absolute"));
+                    }
+                }
+            }
+            files_below.insert(path.clone(), parts);
         }
-        let kept = &above[above.len() - height..];
-        let joined = |up: usize, rest: &[String]| {
-            let parts = kept[..height - up].iter().chain(rest);
-            parts.map(String::as_str).collect::<Vec<_>>().join("/")
-        };
-        let name = manifest.file_name().unwrap_or_default().to_string_lossy();
-        let files = ways.iter();
+        let name = manifest.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let files = files_below.into_iter();
         Ok(ArchivePaths {
-            manifest: joined(0, &[name.into_owned()]),
-            files: files.map(|(path, way)| ((*path).clone(), joined(way.up, &way.down))).collect(),
+            manifest: [&folder[above..], &[name]].concat().join("/"),
+            files: files.map(|(path, parts)| (path, parts[above..].join("/"))).collect(),
         })
     }
 
@@ -194,36 +229,6 @@ impl ArchivePaths {
     pub(crate) fn manifest_from(&self, depth: usize) -> String {
         "../".repeat(depth) + &self.manifest
     }
-}
-
-/// Relative path that goes `up` folders up and then down through the names `down`.
-struct RelativePath {
-    up: usize,
-    down: Vec<String>,
-}
-
-impl RelativePath {
-    fn parse(path: &Path) -> Result<RelativePath, UnportablePath> {
-        let (mut up, mut down) = (0, Vec::new());
-        for part in path.components() {
-            match part {
-                Component::CurDir => {}
-                Component::ParentDir if down.is_empty() => up += 1,
-                Component::Normal(part) => down.push(part.to_string_lossy().into_owned()),
-                Component::ParentDir => {
-                    return Err(unportable(path, "it contains `..` after a folder"));
-                }
-                Component::RootDir | Component::Prefix(_) => {
-                    return Err(unportable(path, "its path is absolute"));
-                }
-            }
-        }
-        Ok(RelativePath { up, down })
-    }
-}
-
-fn unportable(path: &Path, why: &'static str) -> UnportablePath {
-    UnportablePath { path: path.to_owned(), why }
 }
 
 /// Returns the names of the folders above a file, starting at the root.

@@ -1,14 +1,15 @@
 //! Contents of an archive of a study, including its README.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::Path;
-use std::{fs, io};
 
 use serde_json::json;
 
-use super::archive::{Archive, ArchivePaths, CHECKSUMS, Source, is_archive};
-use super::research_object::{self, Described, FileRole, Whole};
-use super::{ShareError, ShareOptions};
+use super::archive::{
+    Archive, ArchivePaths, ArchivedFile, CHECKSUMS, FileRole, Source, is_archive,
+};
+use super::{ShareError, ShareOptions, research_object};
 use asperity_manifest::diagnostics::{counted, shell_word};
 use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
@@ -27,13 +28,6 @@ const VERSIONS: &str = "versions.json";
 /// Name of the data folder.
 const DATA: &str = "data";
 
-#[derive(Debug)]
-struct File {
-    source: Source,
-    role: FileRole,
-    about: String,
-}
-
 /// Files of an archive of a study.
 #[derive(Debug)]
 pub(crate) struct Contents {
@@ -41,7 +35,7 @@ pub(crate) struct Contents {
     about: String,
     paths: ArchivePaths,
     /// Files by their paths in the archive.
-    files: BTreeMap<String, File>,
+    files: BTreeMap<String, ArchivedFile>,
     /// Number of stages with a table.
     pub(crate) tables: usize,
     /// Numbers of included tables of tasks and of all tasks; `None` without the store.
@@ -91,20 +85,15 @@ impl Contents {
     /// # Errors
     /// Returns an error if the archive would overwrite another file.
     pub(crate) fn check_output(&self, path: &Path) -> Result<(), ShareError> {
-        let Ok(output) = fs::canonicalize(path) else {
-            return Ok(());
-        };
-        let is_output = |file: &File| match &file.source {
+        let Ok(output) = fs::canonicalize(path) else { return Ok(()) };
+        let is_output = |file: &ArchivedFile| match &file.source {
             Source::File(source) => fs::canonicalize(source).is_ok_and(|source| source == output),
             Source::Bytes(_) => false,
         };
         if self.files.values().any(is_output) {
             return Err(ShareError::Input { path: path.to_owned() });
         }
-        if !is_archive(path) {
-            return Err(ShareError::OtherKind { path: path.to_owned() });
-        }
-        Ok(())
+        if is_archive(path) { Ok(()) } else { Err(ShareError::OtherKind { path: path.to_owned() }) }
     }
 
     /// Writes the archive, which appears only when it is complete.
@@ -117,30 +106,11 @@ impl Contents {
             for (path, file) in &self.files {
                 archive.add(path, &file.source)?;
             }
-            let metadata = self.metadata(options)?;
+            let Contents { study, about, files, .. } = &self;
+            let metadata = research_object::metadata(study, about, files, options)?;
             archive.add(research_object::FILE, &Source::Bytes(metadata.into_bytes()))?;
             archive.finish().map(drop)
         })
-    }
-
-    fn metadata(&self, options: &ShareOptions) -> io::Result<String> {
-        let described = self.files.iter().map(|(path, file)| {
-            Ok(Described {
-                path: path.clone(),
-                size: file.source.size()?,
-                role: file.role,
-                about: file.about.clone(),
-            })
-        });
-        let whole = Whole {
-            study: &self.study,
-            about: self.about.clone(),
-            day: options.day,
-            license: options.license.as_deref(),
-            authors: &options.authors,
-        };
-        let files = described.collect::<io::Result<Vec<_>>>()?;
-        Ok(research_object::metadata(&whole, &files))
     }
 
     /// Adds the manifest, the manifests that it extends and the files of surfaces. If keys were set
@@ -153,11 +123,9 @@ impl Contents {
         let folder = manifest.parent().unwrap_or(Path::new(""));
         let files: Vec<_> = self.paths.files.clone().into_iter().collect();
         for (named, path) in files {
-            let about = if effective.bases.contains(&named) {
-                "manifest that the manifest of the study extends"
-            } else {
-                "input file of the manifest"
-            };
+            let is_base = effective.bases.contains(&named);
+            let base = "manifest that the manifest of the study extends";
+            let about = if is_base { base } else { "input file of the manifest" };
             self.add(path, Source::File(folder.join(named)), FileRole::Input, about)?;
         }
         let source = if effective.settings.is_empty() {
@@ -187,10 +155,8 @@ impl Contents {
                 continue;
             }
             if !rows.is_published {
-                return Err(ShareError::Outdated {
-                    stage: stage.name.clone(),
-                    manifest: manifest.to_owned(),
-                });
+                let (stage, manifest) = (stage.name.clone(), manifest.to_owned());
+                return Err(ShareError::Outdated { stage, manifest });
             }
             let what = format!("table of the stage `{}`: {}", stage.name, row_meaning(stage.kind));
             self.add_table(&rows.path, &stage.name, &what)?;
@@ -198,10 +164,8 @@ impl Contents {
             self.tables += 1;
         }
         if self.tables == 0 {
-            return Err(ShareError::Nothing {
-                study: self.study.clone(),
-                manifest: manifest.to_owned(),
-            });
+            let (study, manifest) = (self.study.clone(), manifest.to_owned());
+            return Err(ShareError::Nothing { study, manifest });
         }
         let failures = data.table(&self.study, names::FAILURES);
         if failures.is_file() {
@@ -229,12 +193,8 @@ impl Contents {
             let source = store.locate(&file);
             let folder = store::path(Path::new("data/store"), file.key);
             let path = folder.with_file_name(file.to_string()).to_string_lossy().into_owned();
-            self.add(
-                path,
-                Source::File(source),
-                FileRole::Other,
-                "table of one task, with its maps",
-            )?;
+            let about = "table of one task, with its maps";
+            self.add(path, Source::File(source), FileRole::Other, about)?;
         }
         self.stored = Some((there, tasks.len()));
         Ok(())
@@ -248,26 +208,34 @@ impl Contents {
     ) -> Result<(), ShareError> {
         let StudyResults { study, plan, .. } = reading;
         let owner = Owner::at(self.paths.manifest_from(3), study, plan);
-        let path = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
-        let what = "path of the manifest that the tables belong to";
-        self.add(path, Source::Bytes(owner.bytes()), FileRole::Other, what)?;
-
         let missing = (0..plan.tasks.len()).filter(|task| !finished.contains(task));
         let record = Record::new(study, plan, &missing.collect::<Vec<_>>());
-        let path = format!("{DATA}/plans/{}.json", self.study);
-        let what = "plan: every stage with its parameters, including defaults";
-        self.add(path, Source::Bytes(record.bytes()), FileRole::Other, what)?;
-
         let kinds: BTreeSet<Kind> = plan.stages.iter().map(|stage| stage.kind).collect();
         let versions: BTreeMap<&str, u32> =
             kinds.into_iter().map(|kind| (kind.name(), kind.version())).collect();
         let versions = json!({ "asperity": env!("CARGO_PKG_VERSION"), "stages": versions });
-        let versions = Source::Bytes(format!("{versions:#}\n").into_bytes());
-        let what = "versions of the program and of its kinds of stage";
-        self.add(VERSIONS.to_owned(), versions, FileRole::Other, what)?;
-
-        let readme = Source::Bytes(self.readme().into_bytes());
-        self.add(README.to_owned(), readme, FileRole::Other, "how to use the archive")
+        let files = [
+            (
+                format!("{DATA}/results/{}/{}", self.study, owner::FILE),
+                owner.bytes(),
+                "path of the manifest that the tables belong to",
+            ),
+            (
+                format!("{DATA}/plans/{}.json", self.study),
+                record.bytes(),
+                "plan: every stage with its parameters, including defaults",
+            ),
+            (
+                VERSIONS.to_owned(),
+                format!("{versions:#}\n").into_bytes(),
+                "versions of the program and of its kinds of stage",
+            ),
+            (README.to_owned(), self.readme().into_bytes(), "how to use the archive"),
+        ];
+        for (path, bytes, about) in files {
+            self.add(path, Source::Bytes(bytes), FileRole::Other, about)?;
+        }
+        Ok(())
     }
 
     fn add(
@@ -278,17 +246,16 @@ impl Contents {
         about: &str,
     ) -> Result<(), ShareError> {
         let is_own = [CHECKSUMS, research_object::FILE].contains(&&*path);
-        let file = File { source, role, about: about.to_owned() };
+        let file = ArchivedFile { source, role, about: about.to_owned() };
         if is_own || self.files.insert(path.clone(), file).is_some() {
-            Err(ShareError::Clash { path })
-        } else {
-            Ok(())
+            return Err(ShareError::Clash { path });
         }
+        Ok(())
     }
 
     /// Returns the text of `README.txt`.
     fn readme(&self) -> String {
-        let Contents { study, about, paths: ArchivePaths { manifest, .. }, .. } = self;
+        let manifest = &self.paths.manifest;
         let quoted = shell_word(Path::new(manifest));
         let runs = match self.stored {
             Some((there, all)) if there == all => {
@@ -302,24 +269,17 @@ impl Contents {
             format!("\nIncomplete: {some} of {all} of the stage {stage} are computed.\n")
         });
         format!(
-            "{study}: {about}\n\
-             \n\
-             data/results/{study}/*.parquet   table of each stage; the fields contain units and meanings\n\
-             {manifest}   manifest: definition of the study\n\
-             data/plans/{study}.json   all parameters with defaults, as JSON\n\
-             {VERSIONS}   versions of the program and of its kinds of stage\n\
-             {metadata}   description of each file (RO-Crate 1.1)\n\
-             \n\
-             Check all files: sha256sum --check {CHECKSUMS}\n\
-             Commands for this folder, with asperity {version}:\n\
-             \n    asperity columns {quoted}          what the columns mean\
-             \n    asperity table {quoted} STAGE      a table\
-             \n    asperity run {quoted}              {runs}\n\
-             {incomplete}",
+            include_str!("readme.txt"),
+            study = self.study,
+            about = self.about,
+            manifest = manifest,
+            quoted = quoted,
+            runs = runs,
+            versions = VERSIONS,
             metadata = research_object::FILE,
-            version = env!("CARGO_PKG_VERSION"),
-            incomplete = incomplete.collect::<String>(),
-        )
+            checksums = CHECKSUMS,
+            program = env!("CARGO_PKG_VERSION"),
+        ) + &incomplete.collect::<String>()
     }
 }
 

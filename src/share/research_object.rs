@@ -3,54 +3,31 @@
 //! It describes the archive, each of its files, and the run that made the tables from the manifest
 //! and the input files.
 
+use std::collections::BTreeMap;
+use std::io;
+
 use serde_json::{Value, json};
 
-use super::Day;
-use super::archive::CHECKSUMS;
+use super::ShareOptions;
+use super::archive::{ArchivedFile, CHECKSUMS, FileRole};
 
 /// File name required by the specification.
 pub(crate) const FILE: &str = "ro-crate-metadata.json";
 
-/// FileRole of a file in the study.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum FileRole {
-    /// File that defines the study.
-    Manifest,
-    /// Input file, such as a measured surface.
-    Input,
-    /// Table of results of a stage.
-    Table,
-    Other,
-}
-
-/// File of the archive with its description.
-#[derive(Debug)]
-pub(crate) struct Described {
-    /// Path with `/` between folders.
-    pub(crate) path: String,
-    pub(crate) size: u64,
-    pub(crate) role: FileRole,
-    /// Short description of the contents.
-    pub(crate) about: String,
-}
-
-/// Description of the whole archive.
-#[derive(Debug)]
-pub(crate) struct Whole<'a> {
-    pub(crate) study: &'a str,
-    /// Short description of the study.
-    pub(crate) about: String,
-    pub(crate) day: Day,
-    /// SPDX identifier or URL of the license.
-    pub(crate) license: Option<&'a str>,
-    pub(crate) authors: &'a [String],
-}
-
-/// Returns the text of the metadata file.
-pub(crate) fn metadata(whole: &Whole, files: &[Described]) -> String {
+/// Returns the text of the metadata file of an archive with these files. `about` describes the
+/// study `study`.
+///
+/// # Errors
+/// Returns an error if a file cannot be read.
+pub(crate) fn metadata(
+    study: &str,
+    about: &str,
+    files: &BTreeMap<String, ArchivedFile>,
+    options: &ShareOptions,
+) -> io::Result<String> {
     let of = |role: FileRole| {
-        let in_role = files.iter().filter(move |file| file.role == role);
-        in_role.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()
+        let in_role = files.iter().filter(move |(_, file)| file.role == role);
+        in_role.map(|(path, _)| reference(&address(path))).collect::<Vec<_>>()
     };
     let manifest = of(FileRole::Manifest);
     let mut graph = vec![
@@ -60,9 +37,9 @@ pub(crate) fn metadata(whole: &Whole, files: &[Described]) -> String {
             "about": reference("./"),
             "conformsTo": reference("https://w3id.org/ro/crate/1.1"),
         }),
-        root(whole, files, &manifest),
+        root(study, about, files, &manifest, options),
     ];
-    graph.extend(whole.license.map(|license| {
+    graph.extend(options.license.as_ref().map(|license| {
         json!({
             "@id": license_address(license),
             "@type": "CreativeWork",
@@ -70,7 +47,7 @@ pub(crate) fn metadata(whole: &Whole, files: &[Described]) -> String {
             "description": format!("The license of this study: {license}"),
         })
     }));
-    graph.extend(whole.authors.iter().enumerate().map(
+    graph.extend(options.authors.iter().enumerate().map(
         |(index, name)| json!({ "@id": author_address(index), "@type": "Person", "name": name }),
     ));
     graph.push(json!({
@@ -84,24 +61,39 @@ pub(crate) fn metadata(whole: &Whole, files: &[Described]) -> String {
     graph.push(json!({
         "@id": "#run",
         "@type": "CreateAction",
-        "name": format!("asperity run of the study {}", whole.study),
+        "name": format!("asperity run of the study {study}"),
         "instrument": reference("#asperity"),
         "object": as_value(read),
         "result": as_value(of(FileRole::Table)),
     }));
-    graph.extend(files.iter().map(file));
+    for (path, file) in files {
+        graph.push(json!({
+            "@id": address(path),
+            "@type": "File",
+            "name": path,
+            "description": file.about,
+            "contentSize": file.source.size()?.to_string(),
+            "encodingFormat": format_of(path),
+        }));
+    }
     let text = json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph });
-    format!("{text:#}\n")
+    Ok(format!("{text:#}\n"))
 }
 
-fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
-    let parts = files.iter().map(|file| reference(&address(&file.path)));
+fn root(
+    study: &str,
+    about: &str,
+    files: &BTreeMap<String, ArchivedFile>,
+    manifest: &[Value],
+    options: &ShareOptions,
+) -> Value {
+    let parts = files.keys().map(|path| reference(&address(path)));
     let mut root = json!({
         "@id": "./",
         "@type": "Dataset",
-        "name": format!("{}: a statistical study of rough contact", whole.study),
-        "description": whole.about,
-        "datePublished": whole.day.to_string(),
+        "name": format!("{study}: a statistical study of rough contact"),
+        "description": about,
+        "datePublished": options.date.to_string(),
         "keywords": ["contact mechanics", "roughness", "tribology", "boundary element method"],
         "hasPart": as_value(parts.collect()),
         "mentions": reference("#run"),
@@ -109,27 +101,16 @@ fn root(whole: &Whole, files: &[Described], manifest: &[Value]) -> Value {
     if let Some(manifest) = manifest.first() {
         root["mainEntity"] = manifest.clone();
     }
-    if !whole.authors.is_empty() {
-        let authors = (0..whole.authors.len()).map(|index| reference(&author_address(index)));
+    if !options.authors.is_empty() {
+        let authors = (0..options.authors.len()).map(|index| reference(&author_address(index)));
         root["author"] = as_value(authors.collect());
     }
     // The specification requires a license or a text.
-    root["license"] = match whole.license {
+    root["license"] = match &options.license {
         Some(license) => reference(&license_address(license)),
         None => json!("No license is given; ask the authors."),
     };
     root
-}
-
-fn file(file: &Described) -> Value {
-    json!({
-        "@id": address(&file.path),
-        "@type": "File",
-        "name": file.path,
-        "description": file.about,
-        "contentSize": file.size.to_string(),
-        "encodingFormat": format_of(&file.path),
-    })
 }
 
 fn format_of(path: &str) -> &'static str {
@@ -181,25 +162,28 @@ fn address(path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn described(path: &str, role: FileRole) -> Described {
-        Described { path: path.to_owned(), size: 3, role, about: String::new() }
-    }
+    use crate::share::archive::Source;
 
     fn graph(license: Option<&str>) -> Vec<Value> {
-        let whole = Whole {
-            study: "small",
-            about: "A study.".to_owned(),
-            day: "2026-11-22".parse().unwrap(),
-            license,
-            authors: &["Ada Lovelace".to_owned(), "Heinrich Hertz".to_owned()],
+        let options = ShareOptions {
+            output: None,
+            store: false,
+            replace: false,
+            license: license.map(str::to_owned),
+            authors: vec!["Ada Lovelace".to_owned(), "Heinrich Hertz".to_owned()],
+            date: "2026-11-22".parse().unwrap(),
         };
         let files = [
-            described("small.toml", FileRole::Manifest),
-            described("maps/Größe 1.x3p", FileRole::Input),
-            described("data/results/small/area.parquet", FileRole::Table),
+            ("small.toml", FileRole::Manifest),
+            ("maps/Größe 1.x3p", FileRole::Input),
+            ("data/results/small/area.parquet", FileRole::Table),
         ];
-        let text: Value = serde_json::from_str(&metadata(&whole, &files)).unwrap();
+        let files = files.map(|(path, role)| {
+            let source = Source::Bytes(vec![0; 3]);
+            (path.to_owned(), ArchivedFile { source, role, about: String::new() })
+        });
+        let text = metadata("small", "A study.", &files.into(), &options).unwrap();
+        let text: Value = serde_json::from_str(&text).unwrap();
         text["@graph"].as_array().unwrap().clone()
     }
 

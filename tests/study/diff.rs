@@ -1,7 +1,6 @@
 //! `asperity diff`: parameters, rows and means of two studies.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
@@ -11,8 +10,6 @@ use asperity::session::diff::{Comparison, Difference, Test};
 use asperity::statistics::intervals::two_sided_quantile;
 use asperity::tables::parquet::{self, Columns};
 use serde_json::Value;
-use zip::write::SimpleFileOptions;
-use zip::{ZipArchive, ZipWriter};
 
 use crate::bench::{Bench, STUDY, text};
 use crate::manifest::manifest;
@@ -84,35 +81,6 @@ fn a_study_equals_its_copy_its_archive_and_a_study_of_another_name() {
     }
     let (printed, code) = diff(&bench, &bench.data(), &bench.path("copy"), &["--exit-code"]);
     assert_eq!((printed.matches("A and B are equal").count(), code), (2, Some(0)), "{printed}");
-}
-
-#[test]
-fn a_table_that_unpacks_to_a_thousand_times_its_size_is_refused() {
-    let bench = Bench::new();
-    let manifest = run(&bench, "small.toml", &SMALL);
-    let (archive, changed) = (bench.path("small.zip"), bench.path("changed.zip"));
-    bench.output(&["share", manifest.to_str().unwrap(), "-o", archive.to_str().unwrap()]);
-    let mut from = ZipArchive::new(fs::File::open(&archive).unwrap()).unwrap();
-    let mut to = ZipWriter::new(fs::File::create(&changed).unwrap());
-    for index in 0..from.len() {
-        let mut file = from.by_index(index).unwrap();
-        let name = file.name().unwrap().into_owned();
-        to.start_file(&name, SimpleFileOptions::default()).unwrap();
-        if name.ends_with("area.parquet") {
-            to.write_all(&vec![0; 20_000_000]).unwrap();
-        } else {
-            std::io::copy(&mut file, &mut to).unwrap();
-        }
-    }
-    to.finish().unwrap();
-    let temporary = bench.path("temporary");
-    fs::create_dir(&temporary).unwrap();
-    let mut command =
-        bench.asperity(&["diff", changed.to_str().unwrap(), archive.to_str().unwrap()]);
-    let output = command.env("TMPDIR", &temporary).output().unwrap();
-    let printed = text(&output.stderr);
-    assert!(printed.contains("would take 20.0 MB on disk"), "{printed}");
-    assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0);
 }
 
 #[test]

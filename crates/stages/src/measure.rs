@@ -5,7 +5,7 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
-mod areal;
+pub mod areal;
 mod conduction;
 mod contacts;
 pub mod distributions;

@@ -137,22 +137,11 @@ impl StoreError {
 
     /// Returns true if the table is damaged or missing, so that recomputing it helps.
     pub fn is_recomputable(&self) -> bool {
-<<<<<<< HEAD
         matches!(self, StoreError::Damaged { .. } | StoreError::InLayer(_)) || self.is_missing()
     }
 
     fn is_missing(&self) -> bool {
         matches!(self, StoreError::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)
-=======
-        match self {
-            StoreError::Damaged { .. } | StoreError::InLayer(_) => true,
-            StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
-            StoreError::Write { .. }
-            | StoreError::Changed { .. }
-            | StoreError::Lock { .. }
-            | StoreError::Layer { .. } => false,
-        }
->>>>>>> report
     }
 }
 

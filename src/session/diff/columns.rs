@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 
 use arrow::array::{Array, ArrayRef, AsArray};
-use arrow::datatypes::{Float64Type, Int64Type};
+use arrow::compute::cast;
+use arrow::datatypes::{DataType, Float64Type};
 use serde::Serialize;
 
 use super::rows::{MatchedRows, RowGroup};
@@ -113,17 +114,12 @@ impl MeanComparison {
         let pairs: Vec<(f64, f64)> =
             group.pairs().filter_map(|(row, other)| Some((a[row]?, b[other]?))).collect();
         let test = if group.pairs().next().is_some() { Test::Paired } else { Test::Welch };
-        let [values_a, values_b]: [Vec<f64>; 2] = match test {
-            Test::Paired => [
-                pairs.iter().map(|pair| pair.0).collect(),
-                pairs.iter().map(|pair| pair.1).collect(),
-            ],
-            Test::Welch => {
-                let all = |side: usize, values: &Values| {
-                    group.rows[side].values().filter_map(|&row| values[row]).collect()
-                };
-                [all(0, a), all(1, b)]
-            }
+        let all = |side: usize, values: &Values| {
+            group.rows[side].values().filter_map(|&row| values[row]).collect()
+        };
+        let (values_a, values_b): (Vec<f64>, Vec<f64>) = match test {
+            Test::Paired => pairs.iter().copied().unzip(),
+            Test::Welch => (all(0, a), all(1, b)),
         };
         if values_a.is_empty() || values_b.is_empty() {
             return None;
@@ -180,13 +176,10 @@ pub(crate) fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<Column
         let (differing, means) = match (numbers(array_a), numbers(array_b)) {
             (Some(a), Some(b)) => {
                 let noise = RESOLUTION * largest_mean(&matched.groups, [&a, &b]);
-                let is_equal = |pair: (usize, usize)| match (a[pair.0], b[pair.1]) {
-                    (Some(one), Some(other)) => is_same(one, other, noise),
-                    (one, other) => one == other,
-                };
+                let differs = |&(row, other): &(usize, usize)| !are_same(a[row], b[other], noise);
                 let groups = matched.groups.iter();
                 let means = groups.filter_map(|group| MeanComparison::new(group, &a, &b, noise));
-                (pairs.filter(|&pair| !is_equal(pair)).count(), means.collect())
+                (pairs.filter(differs).count(), means.collect())
             }
             _ => {
                 let differs =
@@ -219,14 +212,10 @@ fn is_compared(table: &Table, name: &str) -> bool {
 
 /// Reads a column of numbers or flags, with 1 for true. Returns `None` for other types.
 fn numbers(array: &ArrayRef) -> Option<Values> {
-    if let Some(reals) = array.as_primitive_opt::<Float64Type>() {
-        return Some(reals.iter().collect());
-    }
-    if let Some(integers) = array.as_primitive_opt::<Int64Type>() {
-        return Some(integers.iter().map(|value| value.map(|value| value as f64)).collect());
-    }
-    let flags = array.as_boolean_opt()?;
-    Some(flags.iter().map(|flag| flag.map(|flag| f64::from(u8::from(flag)))).collect())
+    let types = [DataType::Float64, DataType::Int64, DataType::Boolean];
+    let is_number = types.contains(array.data_type());
+    let reals = is_number.then(|| cast(array, &DataType::Float64)).transpose().ok()??;
+    Some(reals.as_primitive::<Float64Type>().iter().collect())
 }
 
 /// Returns whether the compared columns of two tables have the same bits, row by row.
@@ -253,21 +242,24 @@ fn is_same(one: f64, other: f64, noise: f64) -> bool {
     one == other || (one - other).abs() <= tolerance
 }
 
+/// Returns whether two numbers are the same in the sense of [`is_same`], or both are null.
+fn are_same(one: Option<f64>, other: Option<f64>, noise: f64) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => is_same(one, other, noise),
+        _ => one == other,
+    }
+}
+
 /// Returns whether two cells are equal; lists are equal if their numbers are.
 fn is_same_cell(a: &ArrayRef, row: usize, b: &ArrayRef, other: usize) -> bool {
     if let (Some(a), Some(b)) = (a.as_list_opt::<i64>(), b.as_list_opt::<i64>())
         && a.is_valid(row)
         && b.is_valid(other)
     {
-        return match (numbers(&a.value(row)), numbers(&b.value(other))) {
-            (Some(a), Some(b)) if a.len() == b.len() => {
-                a.iter().zip(&b).all(|(one, other)| match (one, other) {
-                    (Some(one), Some(other)) => is_same(*one, *other, 0.0),
-                    (one, other) => one == other,
-                })
-            }
-            _ => false,
-        };
+        let (a, b) = (numbers(&a.value(row)), numbers(&b.value(other)));
+        return a.zip(b).is_some_and(|(a, b)| {
+            a.len() == b.len() && a.iter().zip(&b).all(|(one, other)| are_same(*one, *other, 0.0))
+        });
     }
     a.data_type() == b.data_type() && a.slice(row, 1) == b.slice(other, 1)
 }

@@ -91,9 +91,7 @@ impl Lacking {
         let name = name();
         if !self.first.contains(&name) {
             self.more = self.first.len() == MAX_NAMED;
-            if !self.more {
-                self.first.push(name);
-            }
+            self.first.extend((!self.more).then_some(name));
         }
     }
 }

@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 use toml::Table;
 
-use super::FEWEST;
-use super::costs::{Costs, Surfaces};
+use super::{Costs, FEWEST, Surfaces};
 use crate::session::status::in_hours;
 use asperity_manifest::decimal;
 use asperity_pipeline::plan::{Plan, PlannedStage};
@@ -35,18 +34,8 @@ pub struct Addition {
     pub unused: Vec<String>,
     pub lines: String,
     /// Expected core-seconds; `None` if they are not known.
-    #[serde(rename = "core_hours", serialize_with = "optional_in_hours")]
+    #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: Option<f64>,
-}
-
-fn optional_in_hours<S: serde::Serializer>(
-    seconds: &Option<f64>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match seconds {
-        Some(seconds) => in_hours(seconds, serializer),
-        None => serializer.serialize_none(),
-    }
 }
 
 /// Fewest nodes to the shortest wavelength of a coarser mesh that shows the order.
@@ -156,7 +145,7 @@ fn surfaces(
     unknown: &BTreeSet<&str>,
     has_lengths: bool,
 ) -> Option<Addition> {
-    let mut tasks: BTreeMap<ParameterPoint, Vec<usize>> = BTreeMap::new();
+    let mut tasks: BTreeMap<ParameterPoint, Surfaces> = BTreeMap::new();
     let mut lengths = BTreeSet::new();
     for &task in &stage.tasks {
         let recipe = &plan.tasks[task].recipe;
@@ -167,7 +156,7 @@ fn surfaces(
         let cells = recipe.coordinates();
         let of_length = cells.iter().filter(|(column, _)| is_length(column.unit));
         lengths.extend(of_length.map(|(column, _)| column.name.to_owned()));
-        tasks.entry(ParameterPoint::from_cells(cells)).or_default().push(task);
+        tasks.entry(ParameterPoint::from_cells(cells)).or_default().insert(task);
     }
     let points: Vec<&ParameterPoint> = tasks.keys().collect();
     let mut cases: Vec<Case> = tasks
@@ -187,8 +176,7 @@ fn surfaces(
     let mut seconds = 0.0;
     for (point, tasks) in &tasks {
         let mut propose = |term: Term, point: ParameterPoint, count: usize, factor: f64| {
-            let surfaces: Surfaces = tasks.iter().copied().collect();
-            let each = costs.per_surface(&surfaces, factor);
+            let each = costs.per_surface(tasks, factor);
             if let Some(known) = cases.iter_mut().find(|case| case.point == point) {
                 seconds += count.saturating_sub(known.surfaces) as f64 * each;
                 known.surfaces = known.surfaces.max(count);
@@ -198,18 +186,16 @@ fn surfaces(
             seconds += count as f64 * each;
             cases.push(Case { point, surfaces: count, terms: vec![term] });
         };
-        let on_meshes = |other: &&&ParameterPoint| {
-            (**other).clone().without(&MESH) == point.clone().without(&MESH)
+        let meshes_of = |point: &ParameterPoint| {
+            let cell = point.clone().without(&MESH);
+            points.iter().filter(move |other| (***other).clone().without(&MESH) == cell)
         };
         // Cells that show the error of the cell need no meshes of their own.
         let is_shown_by = |other: &ParameterPoint| {
-            let meshes = points
-                .iter()
-                .filter(|point| (**point).clone().without(&MESH) == other.clone().without(&MESH));
             let family = |point: &ParameterPoint| {
                 in_wavelengths(point, &lengths).map(|point| point.without(&MESH))
             };
-            family(other) == family(point) && meshes.count() > 1
+            family(other) == family(point) && meshes_of(other).count() > 1
         };
         let nodes = nodes_of(point);
         if unknown.contains(Term::Mesh.name())
@@ -228,10 +214,7 @@ fn surfaces(
         }
         let own = in_wavelengths(point, &lengths);
         let is_of_cell = |other: &&&ParameterPoint| in_wavelengths(other, &lengths) == own;
-        let is_coarsest = || {
-            let mut meshes = points.iter().filter(on_meshes);
-            meshes.all(|other| nodes <= nodes_of(other))
-        };
+        let is_coarsest = || meshes_of(point).all(|other| nodes <= nodes_of(other));
         let count_of_cells = points.iter().filter(is_of_cell).count();
         let is_unknown = unknown.contains(Term::Cell.name()) && !has_forces;
         if is_unknown && count_of_cells == 1 && is_coarsest() {

@@ -1,29 +1,27 @@
 //! Maps of the loads on a surface, or of the states of a path with adhesion.
 
-use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
 
-use super::{MapKind, Overlay, PathState, SurfaceTask};
+use super::{MapKind, Overlay, PathState, SurfaceTask, factor, scaled};
 use crate::session::SessionError;
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::map::ContactMap;
 use asperity_mechanics::reduced::Units;
-use asperity_mechanics::threads::Threads;
+use asperity_mechanics::threads::{Threads, available_cores};
 use asperity_stages::columns::{
-    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
+    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, LOAD, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
     PRESSURES, REPULSIVE, STEP,
 };
-use asperity_stages::ensemble::load_column;
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::grids::Grids;
 use asperity_stages::output_units::Conversion;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::solve::adhesion::{PathFields, StateMaps, displacement};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::units::TableUnits;
+use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::column::Role;
 use asperity_tables::store::Store;
@@ -116,11 +114,19 @@ impl SolvedTask {
         }
         let loads = self.shown.reals(given)?;
         let contacts = rows.iter().map(|&row| self.set(MapKind::Contact, row));
+        let [stored, shown] = [&self.table, &self.shown].map(length_unit);
+        let (name, unit) = match prescribed_length(given) {
+            Some(name) => (name, shown.clone()),
+            None if given == LOAD.name => ("load", None),
+            None => ("mean pressure", pressure_unit(&self.shown)),
+        };
         Ok(Overlay {
-            grid: self.grid,
+            grid: scaled(self.grid, factor(stored.as_deref(), shown.as_deref()))?,
             contacts: contacts.collect::<Result<_, _>>()?,
             loads: rows.iter().map(|&row| loads.value(row)).collect(),
+            load_name: unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})")),
             branch,
+            length_unit: shown,
         })
     }
 
@@ -146,7 +152,8 @@ impl SolvedTask {
         }
         let drawn = surface.draw(store, sources)?;
         if self.fields.is_none() {
-            let threads = threads(self.grid);
+            // Results do not depend on the number of threads.
+            let threads = Threads::for_mesh(available_cores(), self.grid.count());
             let (surface, slope) = (drawn.surface.clone(), drawn.rms_slope);
             self.fields = Some(if self.is_path() {
                 Fields::Path(Box::new(PathFields::new(&self.table, surface, slope, threads)?))
@@ -222,10 +229,4 @@ fn stored_list(table: &Table, column: &str, row: usize) -> Option<Vec<f64>> {
     let list = lists.value(row);
     let values = list.as_primitive::<Float64Type>().iter();
     Some(values.map(Option::unwrap_or_default).collect())
-}
-
-/// Returns threads for a mesh on all cores of the machine. Results do not depend on their number.
-fn threads(grid: Grid) -> Threads {
-    let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    Threads::for_mesh(cores, grid.count())
 }

@@ -8,11 +8,11 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread::{self, Builder};
 use std::time::{Duration, Instant};
 
-use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
+use super::{PreparedRun, RunOutcome, RunReport, TaskError};
 use crate::session::error::SessionError;
+use crate::session::{Event, Observer};
 use asperity_manifest::diagnostics::chain;
-use asperity_pipeline::cluster::receipts::{FailedTask, Receipt, UPDATE_INTERVALS};
-use asperity_pipeline::cluster::receipts::{Pace, Paces};
+use asperity_pipeline::cluster::receipts::{FailedTask, Pace, Paces, Receipt, UPDATE_INTERVALS};
 use asperity_pipeline::cluster::shard::Shard;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
@@ -31,13 +31,14 @@ impl PreparedRun<'_> {
         stop: &AtomicBool,
     ) -> Result<RunReport, SessionError> {
         let folder = self.session.data().receipts_of(&self.plan().study);
-        let wanted = self.selection.tasks(self.plan(), &self.missing, &self.store)?;
+        let wanted = self.options.selection.tasks(self.plan(), &self.missing, &self.store)?;
         let threads = self.jobs.get();
-        let mut receipt = Receipt::begin(&self.plan().study, shard, self.job.clone(), threads);
+        let mut receipt =
+            Receipt::begin(&self.plan().study, shard, self.options.job.clone(), threads);
         receipt.wanted = wanted.len();
         receipt.write(&folder)?;
         let ledger = Ledger {
-            relay: Relay(self.session.observer),
+            observer: self.session.observer,
             plan: self.plan(),
             remaining: Remaining::new(self.plan(), &wanted, &self.store),
             work: Mutex::default(),
@@ -62,7 +63,7 @@ impl PreparedRun<'_> {
 
 /// Observer that forwards events and records the computing time of tasks.
 struct Ledger<'a> {
-    relay: Relay<'a>,
+    observer: &'a dyn Observer,
     plan: &'a Plan,
     /// Rows that the tasks lacked before the run.
     remaining: Remaining,
@@ -118,10 +119,8 @@ impl Ledger<'_> {
         let written = receipt.write(folder);
         let outcome = outcome?;
         // On a full disk, the run has reported the cause already.
-        if outcome.halted {
-            drop(written)
-        } else {
-            written?
+        if !outcome.halted {
+            written?;
         }
         Ok(outcome)
     }
@@ -164,11 +163,11 @@ impl Ledger<'_> {
 impl TaskObserver for Ledger<'_> {
     fn started(&self, task: usize) {
         locked(&self.work).under_way.insert(task, Instant::now());
-        self.relay.started(task);
+        self.observer.on_event(Event::Started(task));
     }
 
     fn advanced(&self, task: usize, share: f64) {
-        self.relay.advanced(task, share);
+        self.observer.on_event(Event::Advanced(task, share));
     }
 
     fn finished(&self, task: usize, helped: Duration) {
@@ -178,6 +177,6 @@ impl TaskObserver for Ledger<'_> {
             work.finished.push((task, seconds));
         }
         drop(work);
-        self.relay.finished(task, helped);
+        self.observer.on_event(Event::Finished(task));
     }
 }

@@ -215,7 +215,7 @@ impl Areal {
     }
 
     /// Computes the parameters of the set, in the order of their columns.
-    fn values(
+    pub fn values(
         &self,
         surface: &Surface,
         boundary: Boundary,
