@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
-use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeTable, DeValue};
 
 use super::{Expressions, Written};
