@@ -8,7 +8,7 @@ KEYS_HEAD = """# Manifest keys
 
 <!-- Written by `tests/guide.py reference --write` from `asperity schema`. -->
 
-A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, tables
+A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one kind, tables
 `[figure.NAME]`, `[claim.NAME]` and `[data.NAME]` for the figures and claims that it declares, and optionally a
 table `[parameters]`. Values of another type, values out of bounds, unknown keys and missing required keys are
 errors. The message names the key, its value and its position, and explains how to correct it. Numbers are

@@ -10,7 +10,7 @@ use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_stages::ensemble::ParameterPoint;
-use asperity_stages::{Kind, Recipe, Stage as _};
+use asperity_stages::{Recipe, Stage as _};
 
 pub use asperity_claims::{
     Claim, ClaimOutcome, ClaimSpec, Expectation, Judgement, Origin, Setting, Verdict,
@@ -183,9 +183,7 @@ fn seconds_of_one_surface(plan: &Plan) -> f64 {
             }
         }
     }
-    let depends_on_one_surface =
-        |kind: Kind| matches!(kind, Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct);
-    let is_own = |&task: &usize| depends_on_one_surface(plan.tasks[task].recipe.kind());
+    let is_own = |&task: &usize| plan.tasks[task].recipe.kind().depends_on_one_surface();
     let own: Vec<usize> = (0..plan.tasks.len()).filter(is_own).collect();
     let surfaces_per_point = surfaces as f64 / points.len().max(1) as f64;
     CostModel::default().seconds_of(plan, &own) / surfaces_per_point.max(1.0)

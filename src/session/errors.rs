@@ -405,7 +405,7 @@ impl<'a> Costs<'a> {
         for (index, task) in plan.tasks.iter().enumerate() {
             let surface = match task.recipe.kind() {
                 Kind::Generate => Some(index),
-                Kind::Solve | Kind::Measure | Kind::Correct if task.inputs.len() == 1 => {
+                kind if kind.depends_on_one_surface() && task.inputs.len() == 1 => {
                     surface_of[task.inputs[0]]
                 }
                 _ => None,

@@ -512,8 +512,8 @@ impl Plan {
         for task in &self.tasks {
             let surface = match task.recipe.kind() {
                 Kind::Generate => Some(task.identity),
-                Kind::Fit | Kind::Aggregate => None,
-                Kind::Solve | Kind::Measure | Kind::Correct => common(task, &surfaces),
+                kind if kind.depends_on_one_surface() => common(task, &surfaces),
+                _ => None,
             };
             surfaces.push(surface);
         }

@@ -119,6 +119,15 @@ impl Kind {
         self.definition().name
     }
 
+    /// Returns whether a task makes one surface or describes a single one, and does not compute
+    /// from the rows of several.
+    pub fn depends_on_one_surface(self) -> bool {
+        match self {
+            Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct => true,
+            Kind::Fit | Kind::Aggregate => false,
+        }
+    }
+
     /// Returns the version of the numbers that the stage computes.
     pub fn version(self) -> u32 {
         self.definition().version.number()
@@ -242,11 +251,7 @@ impl Recipe {
     /// Returns whether only the concatenation of the inputs matters, so that consecutive tables can
     /// be given as one.
     pub fn stacks_inputs(&self) -> bool {
-        match self.kind() {
-            Kind::Fit => true,
-            Kind::Aggregate => self.query().is_none(),
-            Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct => false,
-        }
+        !self.kind().depends_on_one_surface() && self.query().is_none()
     }
 
     /// Returns whether the recipe fits the limit of an observable.

@@ -66,10 +66,8 @@ impl Study {
             }
         };
         for &input in &rows {
-            let is_of_surfaces = matches!(
-                self.stages[input].work.kind(),
-                Kind::Solve | Kind::Measure | Kind::Correct
-            );
+            let kind = self.stages[input].work.kind();
+            let is_of_surfaces = kind != Kind::Generate && kind.depends_on_one_surface();
             let table = tables.of(self, input)?;
             if !is_of_surfaces || !table.has(LOAD.name) || !table.has(SURFACE.name) {
                 return Ok(None);
