@@ -42,10 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         }
     };
     let element = element(header.text("type")?)?;
-    let order = match header.get("endian") {
-        Some("big") => ByteOrder::Big,
-        _ => ByteOrder::Little,
-    };
+    let order = ByteOrder::new(header.get("endian") == Some("big"));
     let size = size(&header, nodes, [axes[0], axes[1]])?;
     let name = header.get("content").filter(|name| !name.is_empty()).unwrap_or("heights");
     let unit = Unit::parse(header.get("sampleunits").unwrap_or_default());

@@ -61,18 +61,12 @@ fn nid_channel<'a>(
     section: &Entries,
     data: &mut Cursor<'a>,
 ) -> Result<Option<Channel<'a>>, FormatError> {
-    let mode = section.text("SaveMode")?;
-    if mode != "Binary" {
-        return Err(FormatError::value("SaveMode", mode, "Binary"));
-    }
+    meaning("SaveMode", section.text("SaveMode")?, "Binary", &[("Binary", ())])?;
     let bits = section.whole("SaveBits")?;
     let is_signed = section.get("SaveSign") != Some("Unsigned");
     let element = Element::integer(bits, is_signed)
         .ok_or_else(|| FormatError::value("SaveBits", bits, "8, 16, 32 or 64"))?;
-    let order = match section.get("SaveOrder") {
-        None | Some("Intel") => ByteOrder::Little,
-        Some(_) => ByteOrder::Big,
-    };
+    let order = ByteOrder::new(!matches!(section.get("SaveOrder"), None | Some("Intel")));
     let nodes = checked_nodes([section.whole("Points")?, section.whole("Lines")?])?;
     let stored = data.take(map_bytes(nodes, element))?;
     let unit = |name: &str| section.get(name).unwrap_or_default();

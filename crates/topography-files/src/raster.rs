@@ -71,6 +71,10 @@ pub(crate) struct Raster<'a> {
 }
 
 impl ByteOrder {
+    pub(crate) fn new(is_big: bool) -> ByteOrder {
+        if is_big { ByteOrder::Big } else { ByteOrder::Little }
+    }
+
     /// Reads an unsigned integer of up to eight bytes.
     pub(crate) fn integer(self, stored: &[u8]) -> u64 {
         let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);

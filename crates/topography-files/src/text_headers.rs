@@ -96,10 +96,7 @@ fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 
 fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, FormatError> {
     let nodes = checked_nodes([header.whole("xpixels")?, header.whole("ypixels")?])?;
-    let order = match header.get("intelmode") {
-        Some("0") => ByteOrder::Big,
-        _ => ByteOrder::Little,
-    };
+    let order = ByteOrder::new(header.get("intelmode") == Some("0"));
     let (element, missing, scale) = match header.text("fileformat")? {
         "bcrstm" | "bcrstm_unicode" => {
             let scale = header.optional_number("bit2nm")?.unwrap_or(1.0);

@@ -19,7 +19,7 @@ use ruzstd::decoding::StreamingDecoder;
 use weezl::BitOrder;
 
 use super::FormatError;
-use super::input::{decode_text, inflate};
+use super::input::{decode_text, inflate, meaning};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 
 // Tags of the TIFF specification.
@@ -199,10 +199,7 @@ impl<'a> Directory<'a> {
 
     /// Decodes the image into a raster whose first line is the first line of the image.
     pub(crate) fn image(&self) -> Result<Raster<'a>, FormatError> {
-        let samples = self.whole(SAMPLES).unwrap_or(1);
-        if samples != 1 {
-            return Err(FormatError::value("samples per pixel", samples, "1"));
-        }
+        meaning("samples per pixel", self.whole(SAMPLES).unwrap_or(1), "1", &[(1, ())])?;
         let nodes = self.nodes()?;
         let element = self.element()?;
         Raster::rows(nodes, element, self.layout.order, self.pixels(nodes, Some(element))?)

@@ -43,7 +43,7 @@ impl Stored {
         let [class, flags, second, _] = cursor.array().ok()?;
         let size = cursor.u32().ok()?;
         let [start, count] = [cursor.u16().ok()?, cursor.u16().ok()?].map(u32::from);
-        let order = if flags & 1 == 0 { ByteOrder::Little } else { ByteOrder::Big };
+        let order = ByteOrder::new(flags & 1 == 1);
         let is_signed = flags & 8 != 0;
         let whole = 8 * size;
         let element = match (class & 15, size) {
