@@ -558,6 +558,4 @@ fn start(bytes: &[u8]) -> String {
 struct Readme;
 
 #[cfg(test)]
-mod samples;
-#[cfg(test)]
 mod tests;

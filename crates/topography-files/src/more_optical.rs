@@ -212,8 +212,8 @@ fn vk_channels(file: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::packed;
-    use crate::samples::vendors::vk;
+    use crate::tests::samples::packed;
+    use crate::tests::samples::vendors::vk;
 
     #[test]
     fn a_compressed_image_is_refused() {

@@ -96,7 +96,7 @@ fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::packed;
+    use crate::tests::samples::packed;
 
     fn scan(lines: [&str; 2]) -> Vec<u8> {
         let rule = "------------------------------------------\n";

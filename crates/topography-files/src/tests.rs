@@ -1,13 +1,15 @@
 //! Tests with small files of every format and with damaged files.
 
+pub mod samples;
+
 use std::io::Write;
 
 use proptest::prelude::*;
 
-use super::raster::Raster;
-use super::samples::{
+use self::samples::{
     Archive, EXPECTED, Sample, deflated_sur, igor, samples, sur, with_checksum, x3p,
 };
+use super::raster::Raster;
 use super::unit::Unit;
 use super::{
     Channel, HeightMap, Quantity, Size, Statistics, SuspectNumber, TopographyFile,
@@ -150,9 +152,9 @@ fn channels_of_jpk_name_their_direction_and_their_frame() {
 
 #[test]
 fn maps_in_groups_of_an_hdf5_file_have_the_path_as_their_name() {
-    let nested = include_bytes!("samples/nested.h5");
+    let nested = include_bytes!("tests/samples/nested.h5");
     assert_eq!(read(nested).unwrap().channels()[0].name(), "scan/heights");
-    let chunks = include_bytes!("samples/chunks.h5");
+    let chunks = include_bytes!("tests/samples/chunks.h5");
     let file = read(chunks).unwrap();
     let names: Vec<&str> = file.channels().iter().map(|channel| channel.name()).collect();
     // The other dataset has one dimension.

@@ -225,7 +225,7 @@ fn signed_text(bytes: &[u8], is_format: impl Fn(&str) -> bool) -> Result<String,
 
 #[cfg(test)]
 mod tests {
-    use crate::samples::vendors::{KEYENCE, WYKO, zygo_ascii, zygo_xyz};
+    use crate::tests::samples::vendors::{KEYENCE, WYKO, zygo_ascii, zygo_xyz};
 
     #[track_caller]
     fn refused(file: &str, from: &str, to: &str, message: &str) {

@@ -290,7 +290,7 @@ fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> 
 
 #[cfg(test)]
 mod tests {
-    use crate::samples::tiff_files::elevation;
+    use crate::tests::samples::tiff_files::elevation;
     use crate::{Size, read};
 
     /// Returns the entry of a transformation of columns and lines to east and north.
