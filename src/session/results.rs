@@ -224,9 +224,9 @@ pub(super) fn write_report(
     Ok(asperity_report::write(&subject, options.bars, &folder, options.replace)?)
 }
 
-/// Reads a Parquet file of asperity by its path, or the table of a finished task by the first digits
-/// of its key. Returns the path of the file with the table and the provenance. The observer receives
-/// a notice about each listed store that cannot be used.
+/// Reads a Parquet file of asperity by its path, or the table of a finished task by the first
+/// digits of its key. Returns the path of the file with the table and the provenance. The observer
+/// receives a notice about each listed store that cannot be used.
 ///
 /// # Errors
 /// Returns an error if no file and no task matches, if several tasks match, or if the file is
