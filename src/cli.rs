@@ -201,6 +201,9 @@ fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> E
     if damaged.is_some_and(|path| path.starts_with(data.path())) {
         text += "; set it aside with `asperity verify`, and compute it again with `asperity run`";
     }
+    if let Some(key) = of_session.and_then(SessionError::lost_in_layer) {
+        text += &format!("; compute it into your store with `asperity run MANIFEST --only {key}`");
+    }
     warn(&text);
     let is_misuse = failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse);
     ExitCode::from(if is_misuse { 2 } else { 1 })

@@ -7,6 +7,7 @@ use asperity_mechanics::morphology::map::MapError;
 use asperity_pipeline::data_folder::OpenError;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::StoreError;
+use asperity_tables::store::series::FileName;
 use asperity_tables::table::TableError;
 use asperity_topography_files::TopographyFileError;
 
@@ -149,8 +150,8 @@ impl SessionError {
         SessionError::Refused(message.into())
     }
 
-    /// Returns the path of a damaged file.
-    pub(crate) fn damaged_path(&self) -> Option<&Path> {
+    /// Returns the error of the file that could not be read or written.
+    fn of_file(&self) -> Option<&StoreError> {
         match self {
             SessionError::Store(error)
             | SessionError::Stage(StageError::Store(error))
@@ -158,12 +159,26 @@ impl SessionError {
             | SessionError::Report(ReportError::Store(error))
             | SessionError::Share(
                 ShareError::Store(error) | ShareError::Results(ResultsError::Store(error)),
-            ) => match error {
-                StoreError::Damaged { path, .. } => Some(path),
-                _ => None,
-            },
+            ) => Some(error),
             _ => None,
         }
+    }
+
+    /// Returns the path of a damaged file.
+    pub(crate) fn damaged_path(&self) -> Option<&Path> {
+        match self.of_file()? {
+            StoreError::Damaged { path, .. } => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Returns the key of a table whose rows are lost with a damaged file of a read-only store.
+    pub(crate) fn lost_in_layer(&self) -> Option<TaskKey> {
+        let StoreError::InLayer(cause) = self.of_file()? else { return None };
+        let (StoreError::Damaged { path, .. } | StoreError::Read { path, .. }) = &**cause else {
+            return None;
+        };
+        Some(path.file_name()?.to_str()?.parse::<FileName>().ok()?.key)
     }
 
     /// Returns whether the request or the manifest is wrong, as opposed to a failure of the

@@ -240,7 +240,20 @@ impl<'m> Export<'m> {
                 })?;
             }
         }
-        Ok(self.exported(files))
+        let kinds = self.heights.iter().map(|map| map.kind).chain(self.kinds.iter().copied());
+        let map = self.any();
+        Ok(Exported {
+            files,
+            task: self.maps.task,
+            arrays: kinds.map(array_name).collect(),
+            nodes: PerAxis(map.grid.nodes()),
+            side: PerAxis(map.grid.cell().size()),
+            unit: map.length_unit.clone(),
+            pressure_unit: map.pressure_unit.clone(),
+            load_column: map.load_column,
+            loads: self.loads,
+            branches: self.branches,
+        })
     }
 
     /// Checks that the export has one load. Otherwise the error advises to write all loads to a
@@ -341,23 +354,6 @@ impl<'m> Export<'m> {
     /// Returns a map that shares mesh and units with all others.
     fn any(&self) -> &Map {
         self.first.first().or(self.heights.as_ref()).expect("an export has a map")
-    }
-
-    fn exported(self, files: Vec<PathBuf>) -> Exported {
-        let kinds = self.heights.iter().map(|map| map.kind).chain(self.kinds.iter().copied());
-        let map = self.any();
-        Exported {
-            files,
-            task: self.maps.task,
-            arrays: kinds.map(array_name).collect(),
-            nodes: PerAxis(map.grid.nodes()),
-            side: PerAxis(map.grid.cell().size()),
-            unit: map.length_unit.clone(),
-            pressure_unit: map.pressure_unit.clone(),
-            load_column: map.load_column,
-            loads: self.loads,
-            branches: self.branches,
-        }
     }
 
     /// Returns VTK image data with the heights and the maps of a load. Nodes are cells, of which x

@@ -127,10 +127,9 @@ impl Ledger<'_> {
 
     fn enter(&self, receipt: &mut Receipt, failed: &[(TaskKey, TaskError)]) {
         let work = locked(&self.work);
-        let mut tried: Vec<(usize, &TaskError)> = Vec::new();
-        for (task, error) in failed {
-            tried.extend(self.plan.index_of(*task).map(|index| (index, error)));
-        }
+        let planned =
+            failed.iter().filter_map(|(task, error)| Some((self.plan.index_of(*task)?, error)));
+        let tried: Vec<(usize, &TaskError)> = planned.collect();
         let key = |task: usize| self.plan.tasks[task].table.key.to_string();
         let begun = work.under_way.values();
         let lasting = begun.map(|begun| begun.elapsed().as_secs_f64());
