@@ -20,8 +20,8 @@ use bytesize::ByteSize;
 use polars::prelude::{DataType, IntoLazy, LazyFrame, PolarsError};
 use polars::sql::SQLContext;
 use sqlparser::ast::{
-    Expr, Fetch, Ident, LimitClause, OrderBy, OrderByExpr, OrderByKind, Query, SetExpr, Value,
-    VisitMut, VisitorMut,
+    Expr, Fetch, Ident, LimitClause, OrderBy, OrderByExpr, OrderByKind, Query, SetExpr,
+    SetOperator, SetQuantifier, Value, VisitMut, VisitorMut,
 };
 
 use super::engine;
@@ -108,15 +108,9 @@ impl<'a> Planner<'a> {
                 self.end(planned, ends)
             }
             SetExpr::SetOperation { op, set_quantifier, left, right } => {
-                let mut sides = Vec::new();
-                for side in [*left, *right] {
-                    let planned = self.body(side, Ends::default())?;
-                    sides.push((self.name(), planned));
-                }
-                let [left, right] = [0, 1].map(|side: usize| format!("\"{}\"", sides[side].0));
-                let text =
-                    format!("select * from {left} {op} {set_quantifier} select * from {right}");
-                let planned = self.step(&text, &sides)?;
+                let left = self.body(*left, Ends::default())?;
+                let right = self.body(*right, Ends::default())?;
+                let planned = self.combine(op, set_quantifier, left, right)?;
                 self.end(planned, ends)
             }
             SetExpr::Values(_) => {
@@ -135,6 +129,33 @@ impl<'a> Planner<'a> {
         }
         let name = self.name();
         self.step(&format!("select * from \"{name}\"{tail}"), &[(name, planned)])
+    }
+
+    fn combine(
+        &mut self,
+        operator: SetOperator,
+        quantifier: SetQuantifier,
+        mut left: Planned,
+        right: Planned,
+    ) -> Result<Planned> {
+        let columns = quoted(&self.columns(&mut left)?);
+        let sides = [(self.name(), left), (self.name(), right)];
+        let [left, right] = [0, 1].map(|side: usize| format!("\"{}\"", sides[side].0));
+        let text = match operator {
+            SetOperator::Union => {
+                format!("select * from {left} union {quantifier} select * from {right}")
+            }
+            SetOperator::Intersect | SetOperator::Except if quantifier != SetQuantifier::All => {
+                let last = i32::from(operator == SetOperator::Intersect);
+                format!(
+                    "select {columns} from (select *, 0 as __side from {left} union all \
+                     select *, 1 as __side from {right}) as __sides group by {columns} \
+                     having min(__side) = 0 and max(__side) = {last}"
+                )
+            }
+            _ => return refused(format!("`{operator} {quantifier}` is not supported")),
+        };
+        self.step(&text, &sides)
     }
 
     /// Executes a query on one or more tables, without the further steps of this module.

@@ -57,15 +57,18 @@ pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
     Ok(bytes.into())
 }
 
-/// Reads the footer at the end of `bytes`, which are the last bytes of a file.
-pub(super) fn read_footer(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
-    Ok(ParquetMetaDataReader::new().parse_and_finish(bytes)?)
+/// Reads the footer of a file of `length` bytes, of which `end` are the last ones. If these do not
+/// contain the whole footer, the error `NeedMoreData` has its length.
+pub(super) fn read_footer(end: &Bytes, length: u64) -> Result<ParquetMetaData, ParquetError> {
+    let mut reader = ParquetMetaDataReader::new();
+    reader.try_parse_sized(end, length)?;
+    Ok(reader.finish()?)
 }
 
 /// Verifies all bytes of a file and returns its footer.
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
-        let footer = read_footer(bytes)?;
+        let footer = read_footer(bytes, bytes.len() as u64)?;
         if digest::is_intact(bytes, &footer, has_chunk_digests(&footer)) {
             Ok(footer)
         } else {

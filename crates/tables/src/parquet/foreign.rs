@@ -30,7 +30,7 @@ impl NumberColumns {
     pub fn from_bytes(bytes: Vec<u8>) -> Result<NumberColumns, ParquetError> {
         catch_panics(|| {
             let bytes = Bytes::from(bytes);
-            let footer = Arc::new(read_footer(&bytes)?);
+            let footer = Arc::new(read_footer(&bytes, bytes.len() as u64)?);
             // Types of Arrow in the file, such as dictionaries, would hide numbers.
             let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
             let file = ArrowReaderMetadata::try_new(footer, options)?;

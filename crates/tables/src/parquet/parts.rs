@@ -61,8 +61,8 @@ impl TableFile {
         let (bytes, footer) = if has_chunk_digests(&footer) {
             let whole = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
             let read = |start| end_of(&file, length, length - start as u64);
-            let digests = ChunkDigests::read(&footer, whole, read).map_err(damaged)?;
-            (Source::File(file, digests), footer)
+            let digests = catch_panics(|| ChunkDigests::read(&footer, whole, read));
+            (Source::File(file, digests.map_err(damaged)?), footer)
         } else {
             let bytes = decode::read(file)?;
             let footer = decode::verified(&bytes)?;
@@ -241,9 +241,9 @@ fn end_of(file: &File, length: u64, wanted: u64) -> io::Result<Bytes> {
 
 /// Reads the footer of a file of `length` bytes without verifying it.
 fn footer(file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
-    match read_footer(&end_of(file, length, TAIL_READ)?) {
+    match read_footer(&end_of(file, length, TAIL_READ)?, length) {
         Err(ParquetError::Parquet(ReaderError::NeedMoreData(wanted))) => {
-            read_footer(&end_of(file, length, wanted as u64)?)
+            read_footer(&end_of(file, length, wanted as u64)?, length)
         }
         read => read,
     }
