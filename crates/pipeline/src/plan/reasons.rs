@@ -162,9 +162,9 @@ impl Walk<'_> {
             let beyond = &at_point | &self.add(stage, new);
             let fewer = (now < before).then(|| Why::Fewer { fields: realizations(now, before) });
             removed.append(&mut self.add(stage, fewer));
-            for (&task, realization) in
-                tasks.by_ref().zip((0..now).cycle().take(copies * now as usize))
-            {
+            // In this order no task is taken beyond the last realization.
+            let numbers = (0..now).cycle().take(copies * now as usize);
+            for (realization, &task) in numbers.zip(tasks.by_ref()) {
                 let mut inherited = Causes::new();
                 for input in &plan.tasks[task].inputs {
                     let seen = self.passed_on[*input].as_ref().filter(|seen| !seen.is_empty());
