@@ -1,6 +1,6 @@
 //! Tests with small files of every format and with damaged files.
 
-pub mod samples;
+pub(crate) mod samples;
 
 use std::io::Write;
 
