@@ -34,12 +34,41 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows which no claim on areas uses. The method is that of surfaces that
-/// are not drawn from a spectrum; the others exclude a row: anisotropy, heights that are not
-/// Gaussian, asperity models, adhesion, layers, pairs of surfaces, and surfaces that have yielded.
-/// Null or an anisotropy ratio of 1 does not exclude it.
-pub const NOT_COMPARED: [&str; 10] = [
+/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers, second body or
+/// former contact no claim uses.
+pub const NOT_COMPARED: [&str; 26] = [
     METHOD.name,
+    ANISOTROPY_RATIO.name,
+    ANISOTROPY_ANGLE.name,
+    TARGET_SKEWNESS.name,
+    TARGET_KURTOSIS.name,
+    HEIGHTS_OF.name,
+    INTERACTION.name,
+    WORK_OF_ADHESION.name,
+    INTERACTION_RANGE.name,
+    CONTROL.name,
+    BRANCH.name,
+    NODE_SET.name,
+    LAYER_THICKNESS.name,
+    LAYER_POISSON_RATIO.name,
+    LAYER_BASE.name,
+    LAYER_MODULUS_RATIO.name,
+    SUBSTRATE_POISSON_RATIO.name,
+    AGAINST.name,
+    SHIFT_X.name,
+    SHIFT_Y.name,
+    MIRROR.name,
+    FROM_RMS_SLOPE.name,
+    YIELDED_LOAD.name,
+    YIELDED_PRESSURE.name,
+    YIELDED_HARDNESS.name,
+    YIELDED_HARDNESS_REDUCED.name,
+];
+
+/// Columns that exclude a row from claims on areas: anisotropy, heights that are not Gaussian,
+/// asperity models, adhesion, layers, pairs of surfaces, and surfaces that have yielded. Null or an
+/// anisotropy ratio of 1 does not exclude it.
+const EXCLUDING_COLUMNS: [&str; 9] = [
     ANISOTROPY_RATIO.name,
     TARGET_KURTOSIS.name,
     HEIGHTS_OF.name,
@@ -50,11 +79,6 @@ pub const NOT_COMPARED: [&str; 10] = [
     YIELDED_LOAD.name,
     YIELDED_PRESSURE.name,
 ];
-
-/// Returns the columns that exclude a row from claims on areas.
-fn excluding_columns() -> &'static [&'static str] {
-    &NOT_COMPARED[1..]
-}
 
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -84,7 +108,7 @@ impl Setting {
             for rows in grouped(&parameters) {
                 let point = ParameterPoint::from_row(&parameters, rows[0]);
                 let is_meant =
-                    excluding_columns().iter().all(|name| is_without(name, point.get(name)));
+                    EXCLUDING_COLUMNS.iter().all(|name| is_without(name, point.get(name)));
                 match point.get(HURST.name).filter(|_| is_meant) {
                     Some(_) => {
                         let setting = point.without(&COMPARED).without(&ANISOTROPY_PARAMETERS);
@@ -109,7 +133,7 @@ impl Setting {
     /// Returns the rows of a table that agree with the setting in the columns that the table has.
     /// Anisotropic surfaces and asperity models are omitted; `of_asperities` returns the latter.
     pub fn rows(&self, table: &Table) -> Table {
-        self.rows_of_any(table, excluding_columns())
+        self.rows_of_any(table, &EXCLUDING_COLUMNS)
     }
 
     /// Returns the rows in the setting that no column of `without` excludes (see [`is_without`]).
