@@ -42,36 +42,35 @@ const CODED: [&Definition; 7] = [
 pub use shipped::missing;
 
 /// A figure that a page may have.
-pub struct Planned<'a> {
+pub struct Planned {
     /// Name of the files, and anchor on the page.
     pub name: String,
     pub title: String,
     pub group: Group,
-    source: Source<'a>,
+    source: Source,
 }
 
-enum Source<'a> {
-    Spec(Cow<'a, FigureSpec>),
+enum Source {
+    Spec(Box<FigureSpec>),
     Coded(&'static Definition),
     Shipped(&'static WrittenFigure),
 }
 
-impl<'a> Planned<'a> {
+impl Planned {
     /// Lists the figures of a study in the order of the page: those that it declares, automatic
     /// ones, and all others. A declared figure takes the place of another one with its name. An
     /// automatic figure whose name another figure has gets a number.
-    pub fn all(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
-        let declared = study.figures.iter();
-        let mut all: Vec<Planned> = declared
-            .map(|figure| Planned::from_spec(Group::Declared, Cow::Borrowed(figure)))
-            .collect();
+    pub fn all(study: &Study, finished: &FinishedStages) -> Vec<Planned> {
+        let declared = study.figures.iter().cloned();
+        let mut all: Vec<Planned> =
+            declared.map(|figure| Planned::from_spec(Group::Declared, figure)).collect();
         // Some file systems do not distinguish case.
         let mut taken: BTreeSet<String> =
             all.iter().map(|figure| figure.name.to_lowercase()).collect();
         let names = shipped::names().filter(|name| taken.insert((*name).to_owned()));
         let paper: Vec<Planned> = names.filter_map(Planned::of_paper).collect();
         for figure in automatic::figures(study, finished) {
-            let mut figure = Planned::from_spec(Group::Automatic, Cow::Owned(figure));
+            let mut figure = Planned::from_spec(Group::Automatic, figure);
             let numbered = (2..).map(|number| format!("{}-{number}", figure.name));
             let mut names = std::iter::once(figure.name.clone()).chain(numbered);
             let free = names.find(|name| taken.insert(name.to_lowercase()));
@@ -82,12 +81,12 @@ impl<'a> Planned<'a> {
         all
     }
 
-    fn from_spec(group: Group, spec: Cow<'a, FigureSpec>) -> Planned<'a> {
+    fn from_spec(group: Group, spec: FigureSpec) -> Planned {
         let (name, title) = (spec.name.clone(), declared::title(&spec));
-        Planned { name, title, group, source: Source::Spec(spec) }
+        Planned { name, title, group, source: Source::Spec(Box::new(spec)) }
     }
 
-    fn of_paper(name: &str) -> Option<Planned<'a>> {
+    fn of_paper(name: &str) -> Option<Planned> {
         let (title, source) = match CODED.into_iter().find(|figure| figure.name == name) {
             Some(coded) => (coded.title.to_owned(), Source::Coded(coded)),
             None => {
