@@ -482,8 +482,8 @@ fn of_claims(growing: &Growing, names: &[String], claims: &[ClaimSpec]) -> Optio
             return Some(Problem::new(message, at_least.span.clone(), label).help(help));
         }
     };
-    let help = "`asperity claims` with the manifest lists its claims; for those of a paper, add the \
-                line `claims = \"yastrebov-2015\"` to `[study]`";
+    let help = "add the line `claims = \"yastrebov-2015\"` to `[study]` for the claims of a paper; \
+                `asperity claims` with the manifest lists those that it has";
     Some(Problem::new(message, growing.until.span.clone(), label).help(help))
 }
 
