@@ -421,11 +421,11 @@ fn models(table: &AggregateTable, checks: &mut StageChecks) -> Option<Vec<Model>
         let (message, label) = if models.contains(model) {
             ("`models` has the same model twice".to_owned(), "here again")
         } else if !unread.is_empty() {
-            let missing = listed(unread.into_iter(), "and");
+            let missing = listed(unread, "and");
             let message = format!("the model needs {missing}, which the input does not have");
             (message, "needs loads on surfaces drawn from a spectrum")
         } else if !ungrouped.is_empty() {
-            let missing = listed(ungrouped.into_iter(), "and");
+            let missing = listed(ungrouped, "and");
             let message = format!("the model needs {missing} in `group_by`");
             (message, "needs groups with one value of each of these columns")
         } else if is_altered && model.asperities().is_some() {

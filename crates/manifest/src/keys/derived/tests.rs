@@ -170,13 +170,11 @@ fn loads_may_be_forces_or_pressures() {
     let [pressure, force] = [Dimension::Pressure, Dimension::Force].map(Some);
     assert_eq!(loads("loads = [\"2 * f\"]"), [(20.0, force)]);
     assert_eq!(loads("loads = [\"f / a^2\"]"), [(1e13, pressure)]);
-    for (text, expected) in
-        [("loads = [\"2 * a\"]", "must be a pressure or a force, but this is a length")]
-    {
-        let (_, problems) = read(parameters, text);
-        assert_eq!(problems.len(), 1, "{text}: {problems:?}");
-        assert!(problems[0].contains(expected), "{text}: {problems:?}");
-    }
+    let text = "loads = [\"2 * a\"]";
+    let (_, problems) = read(parameters, text);
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    let expected = "must be a pressure or a force, but this is a length";
+    assert!(problems[0].contains(expected), "{problems:?}");
 }
 
 #[test]

@@ -275,7 +275,7 @@ fn typed(
                 continue;
             }
         };
-        let (_, span) = own().last()?;
+        let (_, span) = own().next_back()?;
         problems.push(Problem::new(message, span.clone(), "has this label"));
     }
     let value = |name: &str, word: Word| {
