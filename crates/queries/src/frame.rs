@@ -1,7 +1,7 @@
 //! Conversion between tables and polars data frames. Queries read only the columns that they need.
 //!
-//! Columns of tables without nulls are copied as one block of memory, others value by value. Sharing
-//! memory would require `unsafe`.
+//! Columns of tables without nulls are copied as one block of memory, others value by value.
+//! Sharing memory would require `unsafe`.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex};
