@@ -248,7 +248,7 @@ impl ManifestErrors {
             if problem.labels.is_empty() {
                 page.push_str(&format!("{}:\n", sanitized(&self.file)));
             }
-            if !shown.is_some_and(|shown| handler.render_report(&mut page, &*shown).is_ok()) {
+            if shown.is_none_or(|shown| handler.render_report(&mut page, &*shown).is_err()) {
                 let place = self.place(problem).unwrap_or_else(|| self.file.clone());
                 page.push_str(&sanitized(&format!("{place}: {problem}\n")));
             }

@@ -83,28 +83,38 @@ impl DiscretizationError {
         let error = |means: &[f64]| Some(extrapolated(sizes, means, target, order_of(means)?));
         let all = means(values);
         let value = error(&all)?;
-        // Equal surfaces on several meshes are left out together.
-        let sets: Vec<Vec<usize>> = match sampling {
-            Sampling::Paired => vec![(0..sizes.len()).collect()],
-            Sampling::Independent => (0..sizes.len()).map(|size| vec![size]).collect(),
+        let (variance, freedom) = match sampling {
+            Sampling::Paired => {
+                let count = values[0].len();
+                let without = |surface: usize| {
+                    let left = values.iter().map(|values| mean_without(values, surface));
+                    error(&left.collect::<Vec<_>>())
+                };
+                let replicates = (0..count).map(without).collect::<Option<Vec<f64>>>()?;
+                (jackknife_variance(&replicates), count as f64 - 1.0)
+            }
+            Sampling::Independent => {
+                let (mut variance, mut squares) = (0.0, 0.0);
+                for (size, values) in values.iter().enumerate() {
+                    let without = |surface: usize| {
+                        let mut left = all.clone();
+                        left[size] = mean_without(values, surface);
+                        error(&left)
+                    };
+                    let replicates =
+                        (0..values.len()).map(without).collect::<Option<Vec<f64>>>()?;
+                    let own = jackknife_variance(&replicates);
+                    variance += own;
+                    squares += own.powi(2) / (values.len() as f64 - 1.0);
+                }
+                (variance, variance.powi(2) / squares)
+            }
         };
-        let (mut variance, mut squares) = (0.0, 0.0);
-        for set in sets {
-            let count = values[set[0]].len();
-            let without = |surface: usize| {
-                let mut left = all.clone();
-                set.iter().for_each(|&size| left[size] = mean_without(&values[size], surface));
-                error(&left)
-            };
-            let own = jackknife_variance(&(0..count).map(without).collect::<Option<Vec<f64>>>()?);
-            variance += own;
-            squares += own.powi(2) / (count as f64 - 1.0);
-        }
         Some(DiscretizationError {
             error: MeanDifference {
                 value,
                 error: variance.sqrt(),
-                freedom: degrees_of_freedom(variance.powi(2) / squares),
+                freedom: degrees_of_freedom(freedom),
             },
             order: order_of(&all)?,
             is_order_shown,

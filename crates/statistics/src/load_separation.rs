@@ -168,7 +168,7 @@ mod tests {
             problem.fit().unwrap_err().to_string()
         };
         let error = failed(&constant, WINDOW);
-        assert!(error.contains("does not decrease") && error.contains("[0.01, 0.2]"), "{error}");
+        assert!(error.contains("does not decrease"), "{error}");
         let light = Window { from: 0.0, to: 0.0012 };
         let error = failed(&gaps(&[1.0]), light);
         assert!(error.contains("1 usable data"), "{error}");
