@@ -115,7 +115,7 @@ fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
     let figure = DECLARED.replace(
         "caption =",
         "width = 86\nfont_size = 8\nlegend = { persson = \"theory of Persson\", \"this study\" = \
-         \"exact\" }\ncaption =",
+         \"exact\", \"0.7\" = \"misspelt\" }\ncaption =",
     );
     bench.run(&format!("{}{figure}", *HURST));
     let (_, page) = report(&bench);
@@ -127,6 +127,8 @@ fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
     }
     assert!(!svg.contains("Persson 2001"));
     assert!(page.contains("<span>exact</span>"));
+    assert!(page.contains("`legend` renames &quot;0.7&quot;, which the figure does not have."));
+    assert!(!page.contains("renames &quot;persson"));
     let png = fs::File::open(folder.join("Poster.png")).unwrap();
     let info = png::Decoder::new(std::io::BufReader::new(png)).read_info().unwrap();
     // 300 pixels to the inch.

@@ -204,8 +204,13 @@ impl Plot<'_> {
         } else if charts.len() > 1 || self.has_curves() {
             share_axes(&mut charts, true);
         }
+        let colours = self.colour_scale(&key).filter(|_| self.looks.is_none());
+        let mut unshown = Vec::new();
         if self.looks.is_none() {
             self.add_entries(&mut charts, &key);
+            if colours.is_none() {
+                unshown = self.unshown_names(&charts);
+            }
         }
         let mut figure = if charts.len() == 1 {
             Figure::from_charts(vec![charts], [600.0, 410.0])
@@ -222,9 +227,7 @@ impl Plot<'_> {
             let size = if rows[0].len() == 3 { [340.0, 290.0] } else { [430.0, 320.0] };
             Figure::from_charts(rows, size)
         };
-        if self.looks.is_none() {
-            figure.colours = self.colour_scale(&key);
-        }
+        figure.colours = colours;
         figure.legend_order = self.legend_order(&key);
         figure.font_family = self.figure.font_family.clone();
         figure.title =
@@ -233,7 +236,7 @@ impl Plot<'_> {
             let needs = format!("a `height` of at least {least} mm for its title, axes and legend");
             return Ok(lacking(needs));
         }
-        Ok(Drawn::figure(figure, self.caption(hidden)))
+        Ok(Drawn::figure(figure, self.caption(hidden, unshown)))
     }
 
     fn points(&self) -> impl Iterator<Item = &Point> {

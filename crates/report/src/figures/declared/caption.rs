@@ -16,8 +16,9 @@ use crate::points::distinct;
 use crate::symbols::symbol;
 
 impl Plot<'_> {
-    pub(super) fn caption(&self, hidden: usize) -> String {
-        let mut sentences: Vec<String> = self.figure.caption.iter().cloned().collect();
+    pub(super) fn caption(&self, hidden: usize, unshown: Vec<String>) -> String {
+        let mut sentences: Vec<String> =
+            self.figure.caption.iter().cloned().chain(unshown).collect();
         let counts = self.points().filter_map(|point| point.surfaces);
         let counts: BTreeSet<usize> = counts.collect();
         let is_fit = self.stage.kind == Kind::Fit;

@@ -58,6 +58,20 @@ impl Plot<'_> {
         labels.collect()
     }
 
+    /// Returns a sentence about each name in `legend` that no chart shows.
+    pub(super) fn unshown_names(&self, charts: &[Chart]) -> Vec<String> {
+        let is_shown = |name: &String| {
+            charts.iter().any(|chart| {
+                let labels = chart.series.iter().filter_map(|series| series.label.as_ref());
+                labels.chain([&chart.title]).any(|text| text.contains(name))
+            })
+        };
+        let unshown = self.figure.legend.iter().filter(|(_, name)| !is_shown(name));
+        let sentence =
+            |entry| format!("`legend` renames {entry:?}, which the figure does not have.");
+        unshown.map(|(entry, _)| sentence(entry)).collect()
+    }
+
     /// Returns whether an entry of the legend, as the manifest names it, is this value.
     fn is_entry(&self, entry: &str, value: Option<&Value>) -> bool {
         match value {
