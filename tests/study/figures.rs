@@ -127,7 +127,7 @@ fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
     }
     assert!(!svg.contains("Persson 2001"));
     assert!(page.contains("<span>exact</span>"));
-    assert!(page.contains("`legend` renames &quot;0.7&quot;, which the figure does not have."));
+    assert!(page.contains("</code> renames &quot;0.7&quot;, which the figure does not have."));
     assert!(!page.contains("renames &quot;persson"));
     let png = fs::File::open(folder.join("Poster.png")).unwrap();
     let info = png::Decoder::new(std::io::BufReader::new(png)).read_info().unwrap();
