@@ -16,9 +16,9 @@
 //! | [`error_budget`] | errors of means: sampling, mesh, cell and solver |
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
-//! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
+//! | [`check_context`] | what checks of keys know about the study |
 //! | [`nominal_area`] | pressures under loads that are forces |
-//! | `exclusions` | keys that other keys of a table exclude |
+//! | [`stage_points`] | parameter points of a stage, variants of its keys, and its work |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
 //! | [`columns`], `table_columns` | all columns; the columns of a table with their values |
@@ -30,8 +30,8 @@
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
 //! No modules use each other in a circle: the kinds use the modules below them in this table, and
-//! only [`registry`] and this file list all kinds. A new kind of stage has its own file and folder,
-//! and is added to these two files.
+//! only [`registry`] and this file list all kinds of this crate. A new kind of stage has its own file
+//! and folder, and is added to these two files.
 
 // Tests compare with tolerances.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

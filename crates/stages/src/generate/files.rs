@@ -7,6 +7,7 @@ mod lengths;
 mod preparation;
 pub mod samples;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
 use std::rc::Rc;
@@ -27,20 +28,20 @@ use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::planned::{Growing, PlannedSurfaces, Realizations, growing, single, surfaces};
-use crate::surface::{Heights, Origin};
+use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
 use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Span, chain, did_you_mean, shell_word};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{
     always_pair, length, positive_items, required, swept, unit_of_lengths,
 };
 use asperity_manifest::keys::quantity::Unit;
-use asperity_manifest::keys::{Key, KeyTable, OnAxes, Section, Spanned, table};
+use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_mechanics::topography::alignment::MAX_DEGREE;
 use asperity_mechanics::topography::fill::Fill;
-use asperity_mechanics::topography::level::Level;
+use asperity_mechanics::topography::level::{Level, ThreePoints};
 use asperity_mechanics::topography::outliers::MAX_WINDOW;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::Preparation;
@@ -274,6 +275,7 @@ fn files(section: &Section<FileTable>, context: &mut CheckContext) -> Option<Vec
         &LabelledFiles::new(section, context.sources, context.problems)?;
     let mut of_points = labels.iter();
     let mut samples = None;
+    let mut resolved = Vec::new();
     let mut reading = FileCache { sources: context.sources, last: None };
     let mut planned = surfaces(section, context.problems, |table, checks| {
         let values = of_points.next().expect("each point has labels").clone();
@@ -344,8 +346,11 @@ fn files(section: &Section<FileTable>, context: &mut CheckContext) -> Option<Vec
             seen,
             labels,
         };
-        Some(single(heights?, side, Origin::File(Box::new(surface))))
+        let planned = single(heights?, side, Origin::File(Box::new(surface)));
+        resolved.push(canonical(&planned.params));
+        Some(planned)
     })?;
+    report_same_surfaces(section, &resolved, context.problems);
     if let Some(number) = samples {
         samples::numbered(section, &mut planned, number, context.problems)?;
     }
@@ -405,6 +410,86 @@ struct FileKeys<'a> {
     height_scale: f64,
     edges: Edges,
     preparation: Preparation,
+}
+
+/// Reports parameter points that describe the same surface by different keys, because the results
+/// of this surface would count twice.
+fn report_same_surfaces(
+    section: &Section<FileTable>,
+    resolved: &[Params],
+    problems: &mut Problems,
+) {
+    let mut seen: BTreeMap<String, &GridPoint<FileTable>> = BTreeMap::new();
+    for (point, params) in section.points.iter().zip(resolved) {
+        let text = serde_json::to_string(params).expect("parameters are plain data");
+        let Some(before) = seen.insert(text, point) else {
+            continue;
+        };
+        let [one, other] = [before, point].map(|point| spans(&point.table));
+        let mut both = one.iter().zip(&other);
+        let differing = both.find(|(one, other)| one != other);
+        problems.push(match differing {
+            // Points with equal keys have been reported.
+            None => continue,
+            Some(((name, Some(first)), (_, Some(again)))) => {
+                let message = format!("two values of `{name}` give the same surface");
+                Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
+            }
+            Some(_) => Problem::new(
+                "two cases are identical",
+                point.span.clone(),
+                "the same as the first case, after defaults are applied",
+            )
+            .and(before.span.clone(), "first case"),
+        });
+    }
+}
+
+/// Returns the spans of the keys for which different values can give the same surface.
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 9] {
+    fn span<T>(key: &Key<T>) -> Option<Span> {
+        key.written().map(|written| written.span.clone())
+    }
+    [
+        ("channel", span(&table.channel)),
+        ("missing", span(&table.missing)),
+        ("mask", span(&table.mask)),
+        ("line", span(&table.line)),
+        ("side", span(&table.side)),
+        ("crop", span(&table.crop)),
+        ("level", span(&table.level)),
+        ("level_through", span(&table.level_through)),
+        ("fill", span(&table.fill)),
+    ]
+}
+
+/// Returns the canonical form of a recipe, used to detect duplicate points. It contains the number
+/// of the map instead of its name, the crop in nodes, and no keys without effect.
+fn canonical(params: &Params) -> Params {
+    let mut params = params.clone();
+    if let Origin::File(file) = &mut params.origin {
+        if let Some(read) = &file.seen.channel {
+            let number = u32::try_from(read.number).unwrap_or(u32::MAX);
+            file.choice.channel = Some(ChannelChoice::Number(number));
+        }
+        if let Some(grid) = file.seen.file {
+            let [x, y] = grid.spacing();
+            let rounded = |[a, b]: [f64; 2]| [(a / x).round() + 0.0, (b / y).round() + 0.0];
+            if let Some(crop) = &mut file.preparation.crop {
+                (crop.from, crop.size) = (rounded(crop.from), rounded(crop.size));
+            }
+            if let Some(points) = &mut file.preparation.level_through {
+                let ThreePoints { a, b, c } = points;
+                [a, b, c].into_iter().for_each(|point| *point = rounded(*point));
+            }
+        }
+        params.side = file.seen.file.map(|grid| PerAxis(grid.cell().size()));
+        let level = file.preparation.level.take();
+        file.preparation.level = level.filter(|level| *level != Level::None);
+        let fill = file.preparation.fill.take();
+        file.preparation.fill = fill.filter(|_| file.seen.missing > 0);
+    }
+    params
 }
 
 /// Refuses keys that other keys exclude.
