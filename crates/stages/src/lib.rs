@@ -30,8 +30,8 @@
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
 //! No modules use each other in a circle: the kinds use the modules below them in this table, and
-//! only [`registry`] and this file list all kinds of this crate. A new kind of stage has its own file
-//! and folder, and is added to these two files.
+//! only [`registry`] and this file list all kinds of this crate. A new kind of stage has its own
+//! file and folder, and is added to these two files.
 
 // Tests compare with tolerances.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
