@@ -58,23 +58,38 @@ impl Axis {
         value.is_finite() && (self.spacing == Spacing::Linear || value > 0.0)
     }
 
-    /// Returns the ends of the axis: the declared ones, its `range` or, without it, the ends of the
-    /// data with some room.
+    /// Returns the ends of the axis: its `range` or, without it, the ends of the data with some
+    /// room. They are clamped to a range in which the drawing crate finds tick marks.
     pub fn ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
-        /// Smallest distance of the ends, relative to the ends. The drawing crate needs distinct
-        /// numbers between them, and equal data may differ by rounding errors.
+        /// Largest end of an axis. Sums of larger numbers overflow in the drawing crate.
+        const FARTHEST: f64 = 1e60;
+        /// Largest ratio of the ends of a logarithmic axis. The drawing crate lists every power of
+        /// ten between them.
+        const RATIO: f64 = 1e60;
+        /// Smallest distance of the ends of a linear axis, relative to the ends. The drawing crate
+        /// needs distinct numbers between them.
         const DISTANCE: f64 = 1e-12;
-        /// Extent of an axis beyond the only declared end if all data are beyond it, relative to
-        /// the end.
+        /// Extent of an axis beyond the data, relative to its end.
         const ROOM: f64 = 0.1;
         let [from, to] = self.unbounded_ends(values);
-        let [from, to] = [self.limits[0].unwrap_or(from), self.limits[1].unwrap_or(to)];
+        let [from, to] = [self.limits[0].unwrap_or(from), self.limits[1].unwrap_or(to)]
+            .map(|end| if end.is_nan() { 0.0 } else { end.clamp(-FARTHEST, FARTHEST) });
+        // All data are beyond the only declared end.
         let [from, to] = match self.limits {
             [Some(_), None] if from >= to => [from, from + ROOM * from.abs()],
             [None, Some(_)] if from >= to => [to - ROOM * to.abs(), to],
             _ => [from, to],
         };
-        [from, to.max(from + DISTANCE * from.abs().max(to.abs()).max(1e-280))]
+        match self.spacing {
+            Spacing::Linear => {
+                let room = DISTANCE * from.abs().max(to.abs()).max(1e-280);
+                [from, to.max(from + room)]
+            }
+            Spacing::Logarithmic | Spacing::Octaves => {
+                let highest = to.max(1.0 / FARTHEST);
+                [from.max(highest / RATIO).min(highest / 1.01), highest]
+            }
+        }
     }
 
     /// Returns the range around the data in which guides are shown: a quarter of the extent of the
@@ -316,11 +331,20 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_apart_even_if_the_data_differ_by_rounding_only() {
-        for (one, other) in [(0.5, 0.5 + 1e-16), (0.0, 0.0), (-1.0, -1.0), (1e-30, 1e-30)] {
-            for axis in [Axis::linear(""), Axis::logarithmic("").within(0.1, 0.1 + 1e-17)] {
-                let [from, to] = axis.ends([one, other].into_iter());
-                assert!(to - from >= 1e-13 * to.abs() && to > from, "{from} {to}");
+    fn ends_are_finite_and_their_ratio_bounded_whatever_the_data() {
+        let odd = [0.0, 1e-320, 1.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN, -1e305];
+        for spacing in [Spacing::Linear, Spacing::Logarithmic, Spacing::Octaves] {
+            let axis = Axis::new("", spacing);
+            for (one, other) in odd.iter().flat_map(|one| odd.map(|other| (*one, other))) {
+                for ends in [
+                    axis.ends([one, other].into_iter()),
+                    axis.clone().within(one, other).ends(std::iter::empty()),
+                ] {
+                    let [from, to] = ends;
+                    assert!(from.is_finite() && to.is_finite() && from < to, "{ends:?}");
+                    let is_bounded = axis.spacing == Spacing::Linear || to / from < 1e61;
+                    assert!(is_bounded, "{ends:?}");
+                }
             }
         }
         assert_eq!(Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()), [0.2, 0.3]);
